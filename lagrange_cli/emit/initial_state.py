@@ -28,6 +28,8 @@ def multiple_of_pi(value: float) -> Expr | None:
     """Return an angle that is a simple fraction of π as that; None for others."""
     import sympy
 
+    if not math.isfinite(value):
+        return None
     near = Fraction(value / math.pi).limit_denominator(_LARGEST_DENOMINATOR)
     exact = near.numerator * math.pi / near.denominator
     if value == 0 or not math.isclose(exact, value, rel_tol=4e-16):

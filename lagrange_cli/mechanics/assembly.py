@@ -42,6 +42,7 @@ from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
 from lagrange_cli.mechanics.initial.suggestions import possible_start
+from lagrange_cli.mechanics.initial.written_start import written_start
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
@@ -110,6 +111,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         conserved=conserved,
         textbook=cache(partial(_textbook, derivation, evidence, energy, conserved)),
         suggested=tuple(possible_start(derivation.reduced).items()) if initial is None else (),
+        start=written_start(derivation.reduced, initial),
         warnings=tuple(_warnings(derivation, initial, structure.unused_parameters)),
         remarks=_remarks(derivation, initial),
         sources=_sources(derivation, evidence, system.forcing, whole_energy),

@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.system import System
 from lagrange_cli.scene.units import Units
 
 if TYPE_CHECKING:
-    from sympy import Expr
+    from sympy import Expr, Symbol
 
     from lagrange_cli.errors import Problem
     from lagrange_cli.mechanics.depiction import Depiction
@@ -127,6 +127,9 @@ class Derivation:
         Poisson brackets that were asked for, None if none were.
     suggested
         Values of coordinates that could be given if ``initial`` is None.
+    start
+        Symbols of q and q̇ with their starts over the parameters; empty unless the scene writes
+        some in parameters.
     constraint_forces
         Constraint forces, None unless they were asked for.
     steps
@@ -151,6 +154,7 @@ class Derivation:
     open_questions: tuple[str, ...] = ()
     singular: tuple[SingularConfiguration, ...] = ()
     suggested: tuple[tuple[str, str], ...] = ()
+    start: tuple[tuple[Symbol, Expr], ...] = ()
     choice: FormulationChoice | None = None
     steps: DerivationSteps | None = None
     constraint_forces: ConstraintForces | None = None

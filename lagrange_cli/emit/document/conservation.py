@@ -19,6 +19,7 @@ from lagrange_cli.emit.phrases.equations import (
     undecided,
 )
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
+from lagrange_cli.emit.steps.writer import start_sentence
 from lagrange_cli.mechanics.families.forms import FamilyRow
 
 if TYPE_CHECKING:
@@ -99,6 +100,7 @@ def conserved(
         heading,
         Words(say("{text}:", text=listed[:1].upper() + listed[1:])),
         formulas(rows, result=True),
+        start_sentence(writer, lambda quantity: _symbol(writer, quantity)),
         doubts,
     )
 

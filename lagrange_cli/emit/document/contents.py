@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -42,9 +43,12 @@ def start(writer: DocumentWriter) -> Section | None:
     if not equations.system.coordinates:
         return None
     heading = say("Initial values")
-    if equations.system.initial is None:
+    initial, written = equations.system.initial, dict(equations.derivation.start)
+    if initial is None and not written:
         return section(heading, Words(say("The scene gives none.")))
-    positions, velocities = equations.system.initial.positions, equations.system.initial.velocities
+    unknown = (math.nan,) * len(equations.system.coordinates)
+    positions = unknown if initial is None else initial.positions
+    velocities = unknown if initial is None else initial.velocities
     time = letters.inline(f"t = {letters.value(equations.system.simulate.start)}")
     return section(
         heading,
@@ -57,10 +61,12 @@ def start(writer: DocumentWriter) -> Section | None:
 def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
     for c, value in zip(writer.equations.system.coordinates, values, strict=True):
         label = writer.coordinate(c, order)
-        multiple = multiple_of_pi(value) if order == 0 else None
-        if multiple is not None:
-            yield writer.row(label, multiple)
-        else:
+        exact = dict(writer.equations.derivation.start).get(c.v if order else c.q)
+        if exact is None and order == 0:
+            exact = multiple_of_pi(value)
+        if exact is not None:
+            yield writer.row(label, exact)
+        elif not math.isnan(value):
             yield Formula(label, (), middle=writer.letters.value(value))
 
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import sympy
 
 from lagrange_cli.analysis.forms.routhian import Routhian, routhian_form
+from lagrange_cli.analysis.symmetries.starting_values import value_at_start
 from lagrange_cli.emit.forms.writer import FormWriter, certified
 from lagrange_cli.emit.phrases.equations import quantity_labels
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas
+from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.ordering import number_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
 #: Digits of the momenta at the start.
 _DIGITS = 6
@@ -27,14 +30,27 @@ def routhian_sections(writer: FormWriter) -> list[Section]:
     form = routhian_form(writer.equations)
     writer = writer.knowing(form.momenta)
     momenta = [writer.row(writer.momentum(m), m.expression) for m in form.momenta]
+    start = {
+        m.symbol: value
+        for m in form.momenta
+        if (value := value_at_start(writer.equations, m.expression)) is not None
+    }
     ignored = [
-        writer.row(writer.coordinate(m.coordinate, 1), velocity)
+        writer.row(
+            writer.coordinate(m.coordinate, 1),
+            velocity,
+            *([shortened(velocity.xreplace(start))] if start else []),
+        )
         for m, velocity in zip(form.momenta, form.velocities, strict=True)
     ]
     sections = [
         Section(
             say("Ignored coordinates"),
-            (Words(_told(writer, form)), formulas(momenta, result=True), *_start(writer, form)),
+            (
+                Words(_told(writer, form)),
+                formulas(momenta, result=True),
+                *_start(writer, form, start),
+            ),
         ),
         Section(say("Routhian"), tuple(_routhian(writer, form))),
     ]
@@ -56,13 +72,23 @@ def _told(writer: FormWriter, form: Routhian) -> str:
     )
 
 
-def _start(writer: FormWriter, form: Routhian) -> Iterator[Words]:
-    """Return the values of the momenta at the initial state."""
-    if form.start:
-        pairs = zip(form.momenta, form.start, strict=True)
+def _start(
+    writer: FormWriter, form: Routhian, start: Mapping[sympy.Symbol, sympy.Expr]
+) -> Iterator[Words]:
+    """Return the values of the momenta at the initial state, in parameters where it is so."""
+    if form.start or start:
+        numbers = form.start or (math.nan,) * len(form.momenta)
         values = [
-            writer.letters.inline(f"{writer.momentum(m)} = {_decimal(writer, value)}")
-            for m, value in pairs
+            writer.letters.inline(
+                f"{writer.momentum(m)} = "
+                + (
+                    writer.letters.formula(writer.tree(start[m.symbol]))
+                    if m.symbol in start
+                    else _decimal(writer, value)
+                )
+            )
+            for m, value in zip(form.momenta, numbers, strict=True)
+            if m.symbol in start or form.start
         ]
         yield Words(writer.say("At the start {values}.", values=", ".join(values)))
 

@@ -216,6 +216,9 @@ class LatexLetters(DocumentLetters):
     def square(self, symbol: str) -> str:
         return f"{symbol}^{{2}}"
 
+    def routhian(self) -> str:
+        return r"\mathcal{R}"
+
     def size(self, symbol: str) -> str:
         return f"|{symbol}|"
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
-_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen", "H": "H_fun", "R": "R_fun"}
+_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen", "H": "H_fun", "R": "Routhian"}
 _LABELS |= {"V_eff": "V_eff_red"}
 #: Letters of the account of degrees of freedom.
 _COUNTED = {"N", "K", "DOF"}

@@ -19,9 +19,10 @@ from lagrange_cli.emit.steps import (
     particles,
 )
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
-from lagrange_cli.emit.steps.writer import StepsWriter
+from lagrange_cli.emit.steps.writer import StepsWriter, start_sentence
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.findings import Conserved
     from lagrange_cli.mechanics.step_values import DerivationSteps
 
 
@@ -30,7 +31,15 @@ def conservation(writer: StepsWriter) -> Section | None:
     if not writer.equations.system.coordinates:
         return None
     heading = writer.say("Cyclic coordinates, momenta and energy")
-    return section(heading, *_momenta(writer), *_energy(writer))
+    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
+
+    def letter(quantity: Conserved) -> str:
+        if quantity.kind == "momentum":
+            return writer.letters.below("p", named[quantity.coordinate or ""])
+        return writer.labels["E" if quantity.kind == "energy" else "h"]
+
+    start = start_sentence(writer, letter)
+    return section(heading, *_momenta(writer), *_energy(writer), start)
 
 
 def _momenta(writer: StepsWriter) -> Iterator[Block]:

@@ -52,6 +52,10 @@ class Letters(ABC):
         """Return the square of a symbol."""
 
     @abstractmethod
+    def routhian(self) -> str:
+        """Return the letter of Routh's function where the scene has an R of its own."""
+
+    @abstractmethod
     def below(self, letter: str, index: str) -> str:
         """Return a letter with a symbol as its index."""
 
@@ -122,6 +126,9 @@ class UnicodeLetters(Letters):
     def square(self, symbol: str) -> str:
         return f"{symbol}²"
 
+    def routhian(self) -> str:
+        return "ℛ"
+
     def below(self, letter: str, index: str) -> str:
         return f"{letter}_{index}"
 
@@ -165,6 +172,9 @@ class AsciiLetters(UnicodeLetters):
 
     def square(self, symbol: str) -> str:
         return f"{symbol}^2"
+
+    def routhian(self) -> str:
+        return "Routhian"
 
     def total(self, index: str, body: str) -> str:
         return f"sum_{index} {body}"

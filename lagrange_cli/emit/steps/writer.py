@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
 from lagrange_cli.emit.phrases.equations import free_letter, quantity_labels
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.findings import Conserved
     from lagrange_cli.mechanics.step_values import ComponentSteps, DerivationSteps
     from lagrange_cli.mechanics.system import Closure, Coordinate
 
@@ -64,7 +66,9 @@ class Writer:
     def labels(self) -> dict[str, str]:
         """Labels of T, V, L and so on that differ from all names of the scene."""
         names = quantity_labels(self.equations)
-        return {short: self.letters.symbol(name) for short, name in names.items()}
+        labels = {short: self.letters.symbol(name) for short, name in names.items()}
+        # Routh's function keeps its letter, in another face.
+        return labels if names["R"] == "R" else {**labels, "R": self.letters.routhian()}
 
     def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
         return self.letters.symbol(coordinate.name, order, coordinate.latex)
@@ -191,6 +195,19 @@ class StepsWriter(Writer):
         node = self.tree(expression)
         written = self.letters.formula(node)
         return self.letters.group(written) if isinstance(node, DisplaySum) else written
+
+
+def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Words | None:
+    """Give conserved quantities at a start that the scene writes in its parameters.
+
+    ``letter``: of a quantity, in the letters of the format.
+    """
+    values = [
+        writer.letters.inline(f"{letter(quantity)} = {writer.letters.formula(writer.tree(value))}")
+        for quantity, value in conserved_at_start(writer.equations)
+    ]
+    sentence = writer.say("At the start {values}.", values=", ".join(values))
+    return Words(sentence) if values else None
 
 
 def displacement(coordinate: Coordinate) -> Symbol:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
+from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
 from lagrange_cli.emit.phrases.equations import (
     conserved_reason,
     energy_is_sum,
@@ -20,7 +21,7 @@ from lagrange_cli.emit.phrases.equations import (
 from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow
-from lagrange_cli.notation.layout import Piece, added, columns
+from lagrange_cli.notation.layout import Piece, added, columns, joined
 from lagrange_cli.notation.page import Block, Row, formula, words
 
 if TYPE_CHECKING:
@@ -48,7 +49,18 @@ def conserved(writer: TextWriter) -> list[Row | Block]:
         "E" if n == "energy" else writer.printer.symbol(n) for n in undecided(writer.equations)
     ]
     note = words(writer.say("not decided: {names}", names=", ".join(names)))
-    return [*lines, Row("", "  ", note)] if names else lines
+    doubts = [Row("", "  ", note)] if names else []
+    return [*lines, *_at_start(writer), *doubts]
+
+
+def _at_start(writer: TextWriter) -> Iterator[Row]:
+    """Yield the line on conserved quantities at a start that is written in parameters."""
+    values = [
+        f"{name_of(writer, quantity).partition(' = ')[0]} = {joined(writer.pieces(value))}"
+        for quantity, value in conserved_at_start(writer.equations)
+    ]
+    if values:
+        yield Row("", "  ", words(writer.say("At the start {values}.", values=", ".join(values))))
 
 
 def energy(writer: TextWriter) -> list[Row | Block]:

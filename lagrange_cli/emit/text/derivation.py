@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
@@ -170,18 +171,26 @@ def certificate(writer: TextWriter) -> list[Row]:
 
 
 def initial(writer: TextWriter) -> list[Row]:
-    """Return positions and velocities at the start, those that are not zero."""
-    start = writer.equations.system.initial
-    if start is None:
+    """Return positions and velocities at the start, in parameters where the scene writes them so.
+
+    Velocities that are zero are there, too.
+    """
+    start, written = writer.equations.system.initial, dict(writer.equations.derivation.start)
+    if start is None and not written:
         return [Row(writer.say("Initial values"), "   ", words(writer.say("none")), "heading")]
     rows = [heading_row(writer.say("Initial values"))]
-    for order, values in enumerate((start.positions, start.velocities)):
-        for c, value in zip(writer.equations.system.coordinates, values, strict=True):
+    coordinates = writer.equations.system.coordinates
+    unknown = [math.nan] * len(coordinates)
+    numbers = (unknown, unknown) if start is None else (start.positions, start.velocities)
+    for order, values in enumerate(numbers):
+        for c, value in zip(coordinates, values, strict=True):
             name = f"  {writer.printer.symbol(c.name, order)}"
-            multiple = multiple_of_pi(value) if order == 0 else None
-            if multiple is not None:
-                rows.append(writer.formula(name, multiple))
-            else:
+            exact = written.get(c.v if order else c.q)
+            if exact is None and order == 0:
+                exact = multiple_of_pi(value)
+            if exact is not None:
+                rows.append(writer.formula(name, exact))
+            elif not math.isnan(value):
                 rows.append(Row(name, f" = {repr(value).removesuffix('.0')}", role="name"))
     return rows
 

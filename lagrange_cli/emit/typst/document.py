@@ -84,6 +84,9 @@ class TypstLetters(DocumentLetters):
     def square(self, symbol: str) -> str:
         return f"{symbol}^2"
 
+    def routhian(self) -> str:
+        return "cal(R)"
+
     def size(self, symbol: str) -> str:
         return f"abs({symbol})"
 
