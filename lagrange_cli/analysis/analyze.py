@@ -19,7 +19,7 @@ from lagrange_cli.analysis.equilibria.closed_forms import ClosedForms, closed_fo
 from lagrange_cli.analysis.equilibria.configuration import Configuration, configuration_at, nearest
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
-from lagrange_cli.analysis.equilibria.search import search
+from lagrange_cli.analysis.equilibria.search import SearchResult, search
 from lagrange_cli.analysis.equilibria.steady import SteadySystem, steady_system, turning_names
 from lagrange_cli.analysis.linear.linearize import (
     exact_matrices,
@@ -180,14 +180,22 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     """
     system = problem.sought
     forms = closed_forms(system) or ClosedForms((), (), False)
-    points, starts = list(forms.points), 0
+    points, outcome = list(forms.points), SearchResult([], (), 0)
     if not forms.complete and not (system.missing and points):
-        numeric, starts = search(system)
-        points += numeric
+        outcome = search(system)
+        points += outcome.points
     different = problem.completed(without_repeats(system, _ordered(system, points)))
     judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps
-    return Equilibria(judged, forms.absent, complete, starts, system.held_inputs, forms.nonzero)
+    return Equilibria(
+        judged,
+        forms.absent,
+        complete,
+        outcome.starts,
+        system.held_inputs,
+        forms.nonzero,
+        outcome.unproven,
+    )
 
 
 def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:

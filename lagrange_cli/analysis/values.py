@@ -80,7 +80,7 @@ class Equilibrium:
     Attributes
     ----------
     position
-        One mpf for each coordinate, true to 30 digits; None if a parameter lacks its value.
+        One mpf for each coordinate, true to ``uncertainty``; None if a parameter lacks its value.
     multipliers
         One mpf for each closure; None as before.
     exact
@@ -93,9 +93,9 @@ class Equilibrium:
     conditions
         Conditions on the parameters for it to exist.
     uncertainty
-        Relative error of the position.
+        Proven bound of the error of the position, relative to 1 and to each coordinate.
     isolated
-        False if it is known to be one of a continuum besides that of free coordinates.
+        False if it is proven to be one of a continuum besides that of free coordinates.
     stability
         Its stability, None if that was not asked for.
     turning
@@ -126,6 +126,17 @@ class AbsentEquilibrium:
 
 
 @dataclass(frozen=True)
+class NearBalance:
+    """A configuration near which numbers balance, without a proof that there is an equilibrium.
+
+    ``position``: one mpf for each coordinate; ``free``: names of those that have any value.
+    """
+
+    position: tuple[Mpf, ...]
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Equilibria:
     """The equilibria of a system.
 
@@ -143,6 +154,8 @@ class Equilibria:
         Number of starts of the numeric search, 0 if none was needed.
     held_inputs
         Inputs that vary with time, and the values at which they are held.
+    unproven
+        Configurations near which numbers balance, without a proof of an equilibrium.
     """
 
     points: tuple[Equilibrium, ...]
@@ -151,6 +164,7 @@ class Equilibria:
     starts: int = 0
     held_inputs: tuple[tuple[str, float], ...] = ()
     nonzero: tuple[str, ...] = ()
+    unproven: tuple[NearBalance, ...] = ()
 
 
 @dataclass(frozen=True)

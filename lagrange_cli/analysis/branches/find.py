@@ -109,9 +109,9 @@ def _seeds(system: RestSystem, varied: Varied) -> tuple[list[Matrix], int, RestS
         except DomainError:
             continue
         announce(f"looking for equilibria at {varied.parameter.name} = {float(value):.6g}")
-        points, count = search(valued)
-        starts += count
-        for point in points:
+        outcome = search(valued)
+        starts += outcome.starts
+        for point in outcome.points:
             position, multipliers = point.position or (), point.multipliers or ()
             numbers = [*(position[k] for k in moving), *multipliers, value]
             seeds.append(np.array([float(x) for x in numbers]))

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 #: Real part of a pole, relative to the largest pole, that counts in doubles, and in digits.
 _COARSE, _FINE = 1e-6, mpf(10) ** -15
+#: Uncertainty of a point of a branch in doubles.
+_POSITION = 1e-9
 #: Eigenvalue of M⁻¹K, relative to the largest, that counts as zero.
 _FLAT = 1e-9
 #: Steps of the search for a zero, and the part of the interval at which it ends.
@@ -98,7 +100,9 @@ def equilibrium(system: RestSystem, space: Space, at: Located) -> Equilibrium:
         position[k] = x
     free = tuple(system.equations.system.coordinates[k].name for k in system.free)
     multipliers = at.y[len(moving) : -1]
-    return Equilibrium(tuple(position), tuple(multipliers), free=free)
+    return Equilibrium(
+        tuple(position), tuple(multipliers), free=free, uncertainty=max(at.error, _POSITION)
+    )
 
 
 #: Gives the system at a value of the parameter.

@@ -385,7 +385,7 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
         if any(_holds(c, system.known) is False for c in branch.conditions):
             return AbsentEquilibrium(exact, branch.conditions)
         try:
-            numbers = evaluate([*exact, *forces], at)
+            numbers, uncertainty = system.numbers([*exact, *forces])
         except DomainError:
             raise _BudgetError from None
         if not vanish(*placed) and not all_vanish(residuals, at):
@@ -393,7 +393,12 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
     n = len(exact)
     if not system.allows(numbers[:n]):
         return None
-    return replace(point, position=tuple(numbers[:n]), multipliers=tuple(numbers[n:]))
+    return replace(
+        point,
+        position=tuple(numbers[:n]),
+        multipliers=tuple(numbers[n:]),
+        uncertainty=uncertainty,
+    )
 
 
 def _holds(condition: Existence, known: Mapping[sp.Symbol, Mpf]) -> bool | None:

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 _DIGITS = 50
 
-#: Difference, relative to 1 and to the values, below which configurations are one.
-_SAME = mpf(10) ** -9
+#: Difference, relative to 1 and to the values, below which configurations are one: an angle that is
+#: a root of its cosine keeps half of its digits.
+_SAME = mpf(10) ** -20
 
 
 def distance(system: RestSystem, first: Sequence[Mpf], second: Sequence[Mpf]) -> Mpf:
@@ -99,7 +100,7 @@ class _Places:
             )
             if self.system.equations.system.coordinates[k].name not in continuum.free
         ]
-        return bool(_difference(self.system, pairs) < _SAME)
+        return bool(_difference(self.system, pairs) < _room(point, continuum))
 
     def at(self, point: Equilibrium) -> list[Mpf] | None:
         """Evaluate the places; None if they have no values."""
@@ -129,8 +130,14 @@ class _Places:
             return True
         if not places or not known_places:
             return False
+        room = _room(point, known)
         unplaced = [(k, point.position[k], known.position[k]) for k in self.others]
         near = all(
-            abs(a - b) < _SAME * max(1, abs(a)) for a, b in zip(places, known_places, strict=True)
+            abs(a - b) < room * max(1, abs(a)) for a, b in zip(places, known_places, strict=True)
         )
-        return near and _difference(self.system, unplaced) < _SAME
+        return near and _difference(self.system, unplaced) < room
+
+
+def _room(first: Equilibrium, second: Equilibrium) -> Mpf:
+    """Return the difference, relative to 1 and to values, below which two equilibria are one."""
+    return max(_SAME, mpf(first.uncertainty) + mpf(second.uncertainty))

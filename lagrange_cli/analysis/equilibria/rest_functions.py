@@ -16,6 +16,13 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.analysis.interval_values import (
+    IN_INTERVALS,
+    WITHOUT_JUMPS,
+    Interval,
+    around,
+    interval_of_ratio,
+)
 from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
@@ -39,8 +46,26 @@ _OTHERS: dict[str, Callable[..., Any]] = {
 IN_DIGITS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
 
 
+#: Part of a number by which its decimals differ from it at most, and bits of one without rounding.
+_DECIMALS, _SHORT = mpf(10) ** -38, 64
+
+
 def exact_number(x: Coefficient) -> Mpf:
     return mpf(x.numerator) / x.denominator
+
+
+def exact_value(value: Mpf, exact: sp.Expr | None) -> sp.Expr | None:
+    """Return the exact number that decimals of a parameter stand for; None if it is not known.
+
+    ``exact``: the number that the scene gives; ``value`` may be another one.
+    """
+    if exact is not None and not exact.free_symbols:
+        near = abs(mpf(sp.N(exact, 50)) - value) <= _DECIMALS * abs(value)
+        if near:
+            return exact
+    if value.man.bit_length() <= _SHORT:
+        return sp.Rational(*mpmath.libmp.to_rational(value._mpf_))
+    return None
 
 
 @dataclass(frozen=True)
@@ -110,6 +135,7 @@ class RestFunctions:
 
     def __init__(self, equations: Equations, known: Mapping[sp.Symbol, Mpf]) -> None:
         self._known = known
+        self._exact = {p.symbol: p.exact for p in equations.system.parameters}
         closures, n = equations.system.closures, len(equations.system.coordinates)
         moving = [
             *(c.q for c in equations.system.coordinates),
@@ -173,6 +199,22 @@ class RestFunctions:
             self._orders[roots] = order_of(self._graph, roots)
         return evaluated(self._graph, wanted, inputs, functions, number, self._orders[roots])
 
+    @property
+    def levels(self) -> list[ScaledNode]:
+        """Return forces, then closures between positions, then those between velocities."""
+        tables = self._forces, self._positions, self._rates
+        return [value for table in tables for value in table.values]
+
+    def _slopes_at_rest(self) -> dict[tuple[int, int], ScaledNode]:
+        """Return their derivatives by positions and multipliers, by row and column."""
+        tables = self._forces, self._positions, self._rates
+        return {
+            (row, by if by < self.n else by - self.n): slope
+            for row, tangent in enumerate(t for table in tables for t in table.tangents)
+            for by, slope in tangent.items()
+            if by < self.n or 2 * self.n <= by < 2 * self.n + self.m
+        }
+
     # Many configurations in doubles.
 
     def residuals(self, unknown: Matrix) -> tuple[Matrix, Matrix]:
@@ -193,15 +235,7 @@ class RestFunctions:
         fixed = self._fixed + self._inputs
         inputs |= {self._names[s]: double(self._known.get(s, 0)) for s in fixed}
         inputs |= {self._names[s]: unknown[k] for k, s in enumerate(self._unknown)}
-        tables = self._forces, self._positions, self._rates
-        values = [v for table in tables for v in table.values]
-        # Derivatives by positions and multipliers, among which velocities have no column.
-        slopes = {
-            (row, by if by < self.n else by - self.n): slope
-            for row, tangent in enumerate(t for table in tables for t in table.tangents)
-            for by, slope in tangent.items()
-            if by < self.n or 2 * self.n <= by < 2 * self.n + self.m
-        }
+        values, slopes = self.levels, self._slopes_at_rest()
         with np.errstate(all="ignore"):
             wanted = [*values, *slopes.values()]
             numbers = self._evaluated(wanted, inputs, IN_DOUBLES, double)
@@ -214,13 +248,60 @@ class RestFunctions:
             levels[:, row] = value
         return levels, jacobian
 
+    # One box of configurations.
+
+    def enclosed_levels(self, unknown: Sequence[Interval]) -> list[Interval]:
+        """Enclose forces and closures at rest, as :meth:`levels_at` orders them.
+
+        ``unknown``: an interval for each position and multiplier.
+
+        Raises
+        ------
+        ArithmeticError, ValueError
+            They have no values somewhere, or jump.
+        """
+        return self._enclosed(self.levels, unknown, WITHOUT_JUMPS)
+
+    def enclosed_slopes(self, unknown: Sequence[Interval]) -> dict[tuple[int, int], Interval]:
+        """Enclose the derivatives of the same by positions and multipliers; raises as they do."""
+        slopes = self._slopes_at_rest()
+        return dict(
+            zip(slopes, self._enclosed([*slopes.values()], unknown, IN_INTERVALS), strict=True)
+        )
+
+    def enclosed_force_slopes(self, unknown: Sequence[Interval]) -> dict[tuple[int, int], Interval]:
+        """Enclose the derivatives of forces by all directions; raises as :meth:`enclosed_levels`.
+
+        They are numbered by row and direction.
+        """
+        tangents = self._forces.tangents
+        slopes = {(row, by): x for row, tangent in enumerate(tangents) for by, x in tangent.items()}
+        numbers = self._enclosed([*slopes.values()], unknown, IN_INTERVALS)
+        return dict(zip(slopes, numbers, strict=True))
+
+    def _enclosed(
+        self,
+        wanted: list[ScaledNode],
+        unknown: Sequence[Interval],
+        functions: Mapping[str, Callable[..., Interval]],
+    ) -> list[Interval]:
+        point = {self._names[s]: around(mpf(0), mpf(0)) for s in self._velocities}
+        point |= {self._names[s]: self._enclosed_value(s) for s in self._fixed + self._inputs}
+        point |= {self._names[s]: x for s, x in zip(self._unknown, unknown, strict=True)}
+        return self._evaluated(wanted, point, functions, interval_of_ratio)
+
+    def _enclosed_value(self, symbol: sp.Symbol) -> Interval:
+        value = self._known.get(symbol, mpf(0))
+        exact = exact_value(value, self._exact.get(symbol))
+        if exact is not None and exact.is_Rational:
+            return interval_of_ratio(exact)
+        return around(value, _DECIMALS * abs(value))
+
     # One configuration in many digits.
 
     def levels_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> list[Mpf]:
         """Evaluate forces, then closures between positions, then those between velocities."""
-        tables = self._forces, self._positions, self._rates
-        wanted = [value for table in tables for value in table.values]
-        return self._numbers(wanted, position, multipliers)
+        return self._numbers(self.levels, position, multipliers)
 
     def forces_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> RestTable:
         """Evaluate f + Σ λ ∇φ."""

@@ -15,7 +15,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
+from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions, exact_value
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Problem
@@ -35,6 +35,9 @@ MOST_UNKNOWNS = 160
 
 #: Digits of numbers.
 _DIGITS = 50
+
+#: Further digits in which closed forms are evaluated, and a bound of errors that decimals cause.
+_GUARD, _HALF_OF_DECIMALS = 60, 1e-15
 
 _ZERO = sp.S.Zero
 
@@ -152,6 +155,33 @@ class RestSystem:
             return self.shared.with_values(self.known)
         return RestFunctions(self.equations, self.known)
 
+    @cached_property
+    def exact_known(self) -> Mapping[sp.Symbol, sp.Expr]:
+        """Values of parameters, and of inputs, of which the exact number is known."""
+        exact_numbers = {p.symbol: p.exact for p in self.equations.system.parameters}
+        with mpmath.workdps(_DIGITS):
+            exact = {s: exact_value(x, exact_numbers.get(s)) for s, x in self.known.items()}
+        return {s: x for s, x in exact.items() if x is not None}
+
+    def numbers(self, expressions: Sequence[sp.Expr]) -> tuple[list[Mpf], float]:
+        """Evaluate expressions over parameters, and coordinates at the start.
+
+        Returns them with a bound of their errors, relative to 1 and to each: rounded values of
+        parameters cost the root of an angle or of a difference half of its digits.
+
+        Raises
+        ------
+        DomainError
+            They have no values.
+        """
+        coordinates = self.equations.system.coordinates
+        start = {c.q: x for c, x in zip(coordinates, self.start, strict=True)}
+        exact = [e.xreplace(self.exact_known) for e in expressions]
+        with mpmath.workdps(_DIGITS + _GUARD):
+            if all(e.free_symbols <= start.keys() for e in exact):
+                return evaluate(exact, start), 10.0**-_DIGITS
+            return evaluate(expressions, {**self.known, **start}), _HALF_OF_DECIMALS
+
     def with_parameters(self, values: Mapping[sp.Symbol, Mpf]) -> RestSystem:
         """Return the same system with other values of parameters."""
         with mpmath.workdps(_DIGITS):
@@ -204,6 +234,7 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
             forces[j] += closure.multiplier * entry
     stills = tuple(e.xreplace(values_at_rest) for e in forces)
     constraints = tuple(c.expression.xreplace(values_at_rest) for c in equations.system.closures)
+    _require_values_at_rest(equations, (*stills, *constraints))
     _require_autonomous(equations, (*stills, *constraints))
     with mpmath.workdps(_DIGITS):
         known = parameter_values(equations)
@@ -298,6 +329,16 @@ def _require_small(equations: Equations) -> None:
         raise InputError(Problem(message, rule="analysis-size"))
     if not equations.system.coordinates:
         raise InputError(Problem(Phrase("nothing can move"), rule="analysis-size"))
+
+
+def _require_values_at_rest(equations: Equations, at_rest: Sequence[sp.Expr]) -> None:
+    """Refuse forces that have no value where nothing moves, as y/ẏ."""
+    for k, expression in enumerate(at_rest):
+        if expression.has(sp.zoo, sp.nan, sp.oo, sp.AccumBounds):
+            coordinates = equations.system.coordinates
+            mark = coordinates[k].mark if k < len(coordinates) else None
+            message = Phrase("a force or constraint has no value at rest")
+            raise InputError(Problem(message, mark, rule="analysis-rest"))
 
 
 def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> None:

@@ -2,23 +2,25 @@
 
 Starts are drawn about the initial configuration and about zero, with a fixed seed, and move side by
 side in doubles by the method of Levenberg and Marquardt (Nocedal and Wright, Numerical
-Optimization, 2006, section 10.3). Where they end, Newton's method in 50 digits decides. How many
-there are is not known: a search says from how many starts it found what it found.
+Optimization, 2006, section 10.3). Newton's method in 50 digits goes on from where they end, and
+a point counts as an equilibrium if a proof follows (:mod:`.existence`). How many there are is not
+known: a search says from how many starts it found what it found.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 
 import mpmath
 import numpy as np
 from mpmath import mpf
 
+from lagrange_cli.analysis.equilibria.existence import Existence
 from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
-from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
+from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, NearBalance
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 #: Digits of the points.
@@ -49,22 +51,41 @@ _FEWEST_STEPS = 8
 _POLISHING = 100
 #: Steps after which one is to be shorter than half of an earlier one.
 _WANDER = 8
-#: Size of a step, relative to the point, that ends them, and one that is good enough.
-_LAST, _GOOD = mpf(10) ** -45, mpf(10) ** -20
+#: Size of a step, relative to the point, that ends them, and one after which a proof is tried.
+_LAST, _SETTLED = mpf(10) ** -45, mpf(10) ** -3
+#: Difference below which equilibria are one, and below which doubtful points are.
+_SAME, _DOUBTFUL = mpf(10) ** -25, mpf(10) ** -2
+#: Doubtful points that are kept.
+_MOST_DOUBTFUL = 4
 #: Ends of starts that are closer are one.
 _CLOSE = 1e-5
 #: Different equilibria that are kept.
 _MOST_POINTS = 64
-#: Singular values below which a step is not taken, and below which a direction is flat.
-_CUT, _FLAT = 1e-13, 1e-6
-#: Uncertainty of a point along a flat direction, where the last steps are slow.
-_BLURRED = 1e-6
-#: Number of points with a flat direction that are taken for parts of a continuum.
-_CONTINUUM = 3
+#: Singular values below which a step is not taken.
+_CUT = 1e-13
 
 
-def search(system: RestSystem) -> tuple[list[Equilibrium], int]:
-    """Search for equilibria; return those found, and the number of starts.
+@dataclass(frozen=True)
+class SearchResult:
+    """The outcome of a search.
+
+    Attributes
+    ----------
+    points
+        Equilibria, each with a proof that it exists.
+    unproven
+        Configurations near which numbers balance, without a proof of an equilibrium.
+    starts
+        Number of starts.
+    """
+
+    points: list[Equilibrium]
+    unproven: tuple[NearBalance, ...]
+    starts: int
+
+
+def search(system: RestSystem) -> SearchResult:
+    """Search for equilibria.
 
     Raises
     ------
@@ -72,18 +93,38 @@ def search(system: RestSystem) -> tuple[list[Equilibrium], int]:
         A parameter lacks its value.
     """
     system.require_values()
-    functions = system.functions
+    functions, existence = system.functions, Existence(system)
     size = functions.n + functions.m
     affordable = min(_WORK // functions.operations, _SOLVING // size**3)
     starts = max(_FEWEST_STARTS, min(_MOST_STARTS, affordable))
     points: list[Equilibrium] = []
+    doubtful: list[tuple[Mpf, ...]] = []
     ends = _different(system, _moved(system, _starts(system, starts)))
     steps = max(_FEWEST_STEPS, _DIGIT_WORK // functions.operations // max(1, len(ends)))
     for unknown in ends:
-        point = polished(system, unknown, steps)
-        if point is not None and all(_differ(system, point, known) for known in points):
-            points.append(point)
-    return _without_continua(system, points), starts
+        end = _approached(system, unknown, steps)
+        if end is None:
+            continue
+        point = _established(existence, end)
+        if isinstance(point, Equilibrium):
+            if all(_differ(system, point, known) for known in points):
+                points.append(point)
+        elif point is not None:
+            doubtful.append(point)
+    near = _apart(system, doubtful, [p.position or () for p in points])
+    unproven = tuple(NearBalance(position, existence.free) for position in near)
+    return SearchResult(_without_continua(system, points), unproven, starts)
+
+
+def _apart(
+    system: RestSystem, doubtful: Sequence[tuple[Mpf, ...]], known: Sequence[Sequence[Mpf]]
+) -> tuple[tuple[Mpf, ...], ...]:
+    """Keep a few positions that are neither close to one another nor to known ones."""
+    chosen: list[tuple[Mpf, ...]] = []
+    for position in sorted(doubtful, key=lambda p: distance(system, p, system.start)):
+        if all(distance(system, position, near) > _DOUBTFUL for near in (*known, *chosen)):
+            chosen.append(position)
+    return tuple(chosen[:_MOST_DOUBTFUL])
 
 
 def _different(system: RestSystem, ends: Matrix) -> list[list[float]]:
@@ -96,17 +137,16 @@ def _different(system: RestSystem, ends: Matrix) -> list[list[float]]:
 
 
 def _differ(system: RestSystem, first: Equilibrium, second: Equilibrium) -> bool:
-    return bool(distance(system, first.position or (), second.position or ()) > mpf(10) ** -9)
+    known = mpf(first.uncertainty) + mpf(second.uncertainty)
+    gap = distance(system, first.position or (), second.position or ())
+    return bool(gap > max(known, _SAME))
 
 
 def _without_continua(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
-    """Replace points of a continuum by the one that is nearest to the start."""
-    flat = [p for p in points if p.uncertainty == _BLURRED]
-    if len(flat) < _CONTINUUM:
-        return points
-    nearest = min(flat, key=lambda p: distance(system, p.position or (), system.start))
-    isolated = [p for p in points if p.uncertainty != _BLURRED]
-    return [*isolated, replace(nearest, isolated=False)]
+    """Keep of all points of continua the one that is nearest to the start."""
+    continua = [p for p in points if not p.isolated]
+    nearest = sorted(continua, key=lambda p: distance(system, p.position or (), system.start))[:1]
+    return [*(p for p in points if p.isolated), *nearest]
 
 
 def _starts(system: RestSystem, count: int) -> Matrix:
@@ -217,19 +257,28 @@ def _multipliers(functions: RestFunctions, positions: Matrix) -> Matrix:
     return multipliers
 
 
-def polished(
-    system: RestSystem, unknown: Sequence[float], steps: int = _POLISHING
-) -> Equilibrium | None:
-    """Approach an equilibrium by Newton's method in 50 digits; None if it is not reached.
+def polished(system: RestSystem, unknown: Sequence[float]) -> Equilibrium | None:
+    """Return the equilibrium near a point; None if it is not proven that there is one.
+
+    ``unknown``: positions and multipliers close to it.
+    """
+    end = _approached(system, unknown, _POLISHING)
+    point = None if end is None else _established(Existence(system), end)
+    return point if isinstance(point, Equilibrium) else None
+
+
+@dataclass(frozen=True)
+class _End:
+    """The last point of Newton's method, and the size of its last step, relative to the point."""
+
+    unknown: list[Mpf]
+    step: Mpf
+
+
+def _approached(system: RestSystem, unknown: Sequence[float], steps: int) -> _End | None:
+    """Approach an equilibrium by Newton's method in 50 digits; None where there are no values.
 
     Residuals and derivatives have all digits, steps are solved for in doubles.
-
-    Parameters
-    ----------
-    unknown
-        Positions and multipliers close to it.
-    steps
-        Most steps.
     """
     functions = system.functions
     n, m = functions.n, functions.m
@@ -238,11 +287,11 @@ def polished(
         x = [mpf(float(value)) for value in unknown]
         for k in system.free:
             x[k] = system.start[k]
-        sizes, is_flat = [mpf("inf")], False
+        sizes = [mpf("inf")]
         try:
             for _ in range(min(steps, _POLISHING)):
                 level, jacobian = _system_at(functions, x, moving)
-                step, is_flat = _newton_step(jacobian, level, len(moving) - m)
+                step = _newton_step(jacobian, level)
                 for k, change in zip(moving, step, strict=True):
                     x[k] -= change
                 pairs = zip(moving, step, strict=True)
@@ -252,22 +301,24 @@ def polished(
                     break
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
-        if sizes[-1] > _GOOD:
-            return None
-        if not system.allows(x[:n]):
-            return None
-        position = [_within_turn(v) if k in system.periodic else v for k, v in enumerate(x[:n])]
-        return Equilibrium(
-            tuple(map(_rounded, position)),
-            tuple(map(_rounded, x[n:])),
-            free=tuple(system.equations.system.coordinates[k].name for k in system.free),
-            uncertainty=_BLURRED if is_flat else float(_GOOD),
-        )
+    return _End(x, sizes[-1])
 
 
-def _rounded(x: Mpf) -> Mpf:
-    """Round numbers below 1e-35 to 0."""
-    return mpf(0) if abs(x) < mpf(10) ** -35 else x
+def _established(existence: Existence, end: _End) -> Equilibrium | tuple[Mpf, ...] | None:
+    """Return an equilibrium that is proven, or a position where numbers balance, or None."""
+    system, n = existence.system, existence.system.functions.n
+    if end.step > _SETTLED or not system.allows(end.unknown[:n]):
+        return None
+    with mpmath.workdps(DIGITS):
+        unknown = [*_within_turns(system, end.unknown[:n]), *end.unknown[n:]]
+    point = existence.established(unknown)
+    if point is not None:
+        return point if system.allows(point.position or ()) else None
+    return None if existence.is_excluded(unknown) else tuple(unknown[:n])
+
+
+def _within_turns(system: RestSystem, position: Sequence[Mpf]) -> tuple[Mpf, ...]:
+    return tuple(_within_turn(x) if k in system.periodic else x for k, x in enumerate(position))
 
 
 def _within_turn(angle: Mpf) -> Mpf:
@@ -285,23 +336,15 @@ def _system_at(
     return functions.levels_at(x[: functions.n], x[functions.n :]), jacobian[0][:, list(moving)]
 
 
-def _newton_step(jacobian: Matrix, level: Sequence[Mpf], positions: int) -> tuple[list[Mpf], bool]:
-    """Solve J x = r with least squares and least norm.
-
-    ``positions``: number of columns before those of multipliers. True is returned with the step
-    if a change of positions alone, or with one of multipliers, leaves the residuals as they are.
-    """
+def _newton_step(jacobian: Matrix, level: Sequence[Mpf]) -> list[Mpf]:
+    """Solve J x = r with least squares and least norm."""
     sizes = np.abs(jacobian).max(axis=1, initial=0.0)
     sizes[sizes == 0.0] = 1.0
     rows = jacobian / sizes[:, None]
     right = [r / mpf(float(s)) for r, s in zip(level, sizes, strict=True)]
     largest = max(map(abs, right), default=mpf(0))
-    rank = int(np.linalg.matrix_rank(rows, tol=_FLAT)) if rows.size else 0
-    others = rows[:, positions:]
-    shared = int(np.linalg.matrix_rank(others, tol=_FLAT)) if others.size else 0
-    is_flat = rank - shared < positions
     if not largest:
-        return [mpf(0)] * jacobian.shape[1], is_flat
+        return [mpf(0)] * jacobian.shape[1]
     target = np.array([float(r / largest) for r in right])
     step = np.linalg.lstsq(rows, target, rcond=_CUT)[0]
-    return [largest * mpf(x) for x in step.tolist()], is_flat
+    return [largest * mpf(x) for x in step.tolist()]

@@ -2,7 +2,8 @@
 
 The coordinate that moves most along the null direction is s. The other equations of equilibrium
 give the others as power series of s, term by term (the reduction of Lyapunov and Schmidt); what is
-left of the first one is the derivative of the reduced energy W(s), whose first term decides.
+left of the first one is the derivative of the reduced energy W(s), whose first term decides. All
+coefficients are exact numbers.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from lagrange_cli.analysis.linear.linearize import DIGITS, LinearSystem
 from lagrange_cli.analysis.values import Equilibrium, Mpf
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.proofs.zero_test import vanish
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,10 +30,10 @@ if TYPE_CHECKING:
 
 #: Highest order of W′ that is looked at.
 _ORDER = 9
-#: Coordinates, and operations of one derivative.
-_COORDINATES, _OPERATIONS = 4, 20_000
-#: Part of its terms below which a coefficient is rounding.
-_ROUNDING = mpf(10) ** -20
+#: Coordinates, and operations of one derivative, and of one coefficient.
+_COORDINATES, _OPERATIONS, _LONGEST = 4, 20_000, 2_000
+#: Part of its terms below which the sign of a coefficient is not known by its numbers.
+_ROUNDING = mpf(10) ** -30
 
 
 class EnergyTest(Enum):
@@ -42,20 +44,26 @@ class EnergyTest(Enum):
     FLAT = auto()
 
 
+class _UndecidedError(Exception):
+    """A coefficient is neither proven to vanish nor seen not to, or is too long."""
+
+
 def reduced_energy(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> EnergyTest:
     """Say whether the energy has a minimum along the null direction of K.
 
-    The other directions are positive, there are no closures, and no coordinate is free.
+    The other directions are positive, there are no closures, and no coordinate is free. Values of
+    coordinates and parameters must be exact: numbers do not show that a coefficient vanishes.
     """
-    n = len(system.equations.system.coordinates)
-    assert at.position is not None
-    if n > _COORDINATES:
+    coordinates = system.equations.system.coordinates
+    symbols = set().union(*(e.free_symbols for e in system.forces)) & system.known.keys()
+    if len(coordinates) > _COORDINATES or at.exact is None:
+        return EnergyTest.FLAT
+    if not symbols <= system.exact_known.keys():
         return EnergyTest.FLAT
     with mpmath.workdps(DIGITS):
-        lead = _leading(linear)
         try:
-            return _Series(system, at.position, linear, lead).decide()
-        except DomainError:
+            return _Series(system, at.exact, _leading(linear)).decide()
+        except (DomainError, _UndecidedError):
             return EnergyTest.FLAT
 
 
@@ -75,11 +83,9 @@ def _leading(linear: LinearSystem) -> int:
 
 
 class _Series:
-    """Power series of the other coordinates in the leading one."""
+    """Power series of the other coordinates in the leading one, with exact coefficients."""
 
-    def __init__(
-        self, system: RestSystem, position: tuple[Mpf, ...], linear: LinearSystem, lead: int
-    ) -> None:
+    def __init__(self, system: RestSystem, position: tuple[sp.Expr, ...], lead: int) -> None:
         self.s = sp.Dummy("s", real=True)
         coordinates = system.equations.system.coordinates
         self.others = [k for k in range(len(coordinates)) if k != lead]
@@ -87,8 +93,9 @@ class _Series:
             k: [sp.Dummy(f"c{k}_{j}", real=True) for j in range(1, _ORDER + 1)] for k in self.others
         }
         places = {c.q: sp.Dummy(c.name, real=True) for c in coordinates}
-        self.known: dict[sp.Symbol, Mpf] = dict(system.known)
-        self.known |= {places[c.q]: x for c, x in zip(coordinates, position, strict=True)}
+        self.known: dict[sp.Symbol, sp.Expr] = dict(system.exact_known)
+        values = [x.xreplace(self.known) for x in position]
+        self.known |= {places[c.q]: x for c, x in zip(coordinates, values, strict=True)}
         curve = {coordinates[lead].q: places[coordinates[lead].q] + self.s}
         for k in self.others:
             q = coordinates[k].q
@@ -96,8 +103,6 @@ class _Series:
             curve[q] = sp.Add(places[q], *series)
         self.slopes = {k: -force.xreplace(curve) for k, force in enumerate(system.forces)}
         self.lead = lead
-        rows = [[linear.stiffness[i, j] for j in self.others] for i in self.others]
-        self.inverse = mpmath.inverse(mpmath.matrix(rows)) if rows else None
 
     def decide(self) -> EnergyTest:
         """Decide by the first term of W′ that does not vanish."""
@@ -106,25 +111,47 @@ class _Series:
             if max(sp.count_ops(e) for e in self.slopes.values()) > _OPERATIONS:
                 return EnergyTest.FLAT
             self._extend(order)
-            value, size = self._at_zero(self.slopes[self.lead])
-            if abs(value) > _ROUNDING * size:
-                rises = order % 2 == 1 and value > 0
+            sign = _sign(self._at_zero(self.slopes[self.lead]))
+            if sign:
+                rises = order % 2 == 1 and sign > 0
                 return EnergyTest.MINIMUM if rises else EnergyTest.NONE
         return EnergyTest.FLAT
 
     def _extend(self, order: int) -> None:
-        """Find the coefficients of s^order, for which the other equations hold to that order."""
-        for k in self.others:
-            self.known[self.terms[k][order - 1]] = mpf(0)
-        if self.inverse is None:
-            return
-        levels = mpmath.matrix([self._at_zero(self.slopes[k])[0] for k in self.others])
-        coefficients = self.inverse * levels / mpmath.factorial(order)
-        for k, value in zip(self.others, coefficients, strict=True):
-            self.known[self.terms[k][order - 1]] = -value
+        """Find the coefficients of s^order, for which the other equations hold to that order.
 
-    def _at_zero(self, expression: sp.Expr) -> tuple[Mpf, Mpf]:
-        """Evaluate at s = 0: the value, and the size of its terms."""
+        They are linear in these, with K of the other coordinates as the factors.
+        """
+        if not self.others:
+            return
+        unknown = [self.terms[k][order - 1] for k in self.others]
+        equations = [self._at_zero(self.slopes[k]) for k in self.others]
+        factors, right = sp.linear_eq_to_matrix(equations, *unknown)
+        values = factors.LUsolve(right)
+        for symbol, value in zip(unknown, values, strict=True):
+            self.known[symbol] = _short(sp.cancel(value))
+
+    def _at_zero(self, expression: sp.Expr) -> sp.Expr:
+        """Return the exact value at s = 0, over the coefficients that are not known yet."""
         still: Mapping[sp.Symbol, sp.Expr] = {self.s: sp.S.Zero}
-        numbers = evaluate(sp.Add.make_args(expression.xreplace(still)), self.known)
-        return mpmath.fsum(numbers), mpmath.fsum(map(abs, numbers))
+        value = sp.expand(expression.xreplace(still).xreplace(self.known))
+        if value.has(sp.zoo, sp.nan, sp.oo):
+            raise _UndecidedError
+        return _short(value)
+
+
+def _short(value: sp.Expr) -> sp.Expr:
+    if sp.count_ops(value) > _LONGEST:
+        raise _UndecidedError
+    return value
+
+
+def _sign(value: sp.Expr) -> int:
+    """Return the sign of an exact number."""
+    terms = evaluate(sp.Add.make_args(value), {})
+    number, size = mpmath.fsum(terms), mpmath.fsum(map(abs, terms))
+    if abs(number) > _ROUNDING * size:
+        return int(mpmath.sign(number))
+    if value == 0 or vanish(value):
+        return 0
+    raise _UndecidedError

@@ -21,6 +21,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_system import has_derivatives
+from lagrange_cli.analysis.interval_values import around, ends
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, ExactMatrices, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
@@ -41,6 +42,9 @@ _DEPENDENT = mpf(10) ** -12
 
 #: Inertia, and its part of others, that is none.
 _WITHOUT_INERTIA = mpf(10) ** -25
+
+#: Least uncertainty of an equilibrium.
+_LAST_DIGITS = mpf(10) ** -48
 
 #: Part of its terms below which a sum is rounding.
 _ROUNDING = mpf(10) ** -30
@@ -69,6 +73,8 @@ class LinearSystem:
         Z, which gives all velocities of those of independent coordinates; shape (n, k).
     sizes
         Sizes of the terms that the entries of ZᵀK Y are sums of.
+    errors
+        Bounds of the errors of these entries.
     positions
         Y, which gives all positions of those that closures between positions leave independent;
         it is Z without closures between velocities.
@@ -85,6 +91,7 @@ class LinearSystem:
     independent: tuple[int, ...]
     placed: tuple[int, ...]
     sizes: mpmath.matrix
+    errors: mpmath.matrix
 
     @property
     def is_holonomic(self) -> bool:
@@ -112,6 +119,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
             gradients = _columns(functions.constraints_at(position).slopes, 0, n)
             table = functions.rates_at(position).slopes
             sizes = functions.force_sizes_at(position, multipliers)[:, :n]
+            errors = _errors(system, at)
             mass = functions.masses_at(position)
         except DomainError:
             message = Phrase("the equations of motion have no derivatives at this equilibrium")
@@ -123,11 +131,18 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
         across = velocities.T
         reduced = across * mass * velocities
         largest = _magnitudes(across) * sizes * _magnitudes(positions)
-        stiffness = _without_rounding(across * -forces[:, :n] * positions, largest)
+        largest_error = _magnitudes(across) * errors[:, :n] * _magnitudes(positions)
+        stiffness = _without_rounding(
+            across * -forces[:, :n] * positions, largest * _ROUNDING + largest_error
+        )
+        damping = _without_rounding(
+            across * -forces[:, n : 2 * n] * velocities,
+            _magnitudes(across) * errors[:, n : 2 * n] * _magnitudes(velocities),
+        )
         _require_regular(system, reduced, independent)
         return LinearSystem(
             reduced,
-            across * -forces[:, n : 2 * n] * velocities,
+            damping,
             stiffness,
             across * forces[:, 2 * n + m :] if functions.width > 2 * n + m else _empty(across.rows),
             velocities,
@@ -135,19 +150,42 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
             independent,
             placed,
             largest,
+            largest_error,
         )
+
+
+def _errors(system: RestSystem, at: Equilibrium) -> mpmath.matrix:
+    """Bound the errors of the derivatives of forces at an equilibrium, from those of its place.
+
+    Raises
+    ------
+    DomainError
+        They have no values all around it.
+    """
+    functions = system.functions
+    numbers = (*(at.position or ()), *(at.multipliers or ()))
+    radius = max(mpf(at.uncertainty), _LAST_DIGITS)
+    matrix = mpmath.zeros(functions.n, functions.width)
+    try:
+        box = [around(x, radius * max(1, abs(x))) for x in numbers]
+        for place, slope in functions.enclosed_force_slopes(box).items():
+            low, high = ends(slope)
+            matrix[place] = high - low
+    except (ArithmeticError, ValueError) as error:
+        raise DomainError from error
+    return matrix
 
 
 def _magnitudes(matrix: mpmath.matrix) -> mpmath.matrix:
     return matrix.apply(abs)
 
 
-def _without_rounding(matrix: mpmath.matrix, sizes: mpmath.matrix) -> mpmath.matrix:
-    """Set entries to zero that are rounding beside the terms they are sums of."""
+def _without_rounding(matrix: mpmath.matrix, errors: mpmath.matrix) -> mpmath.matrix:
+    """Set entries to zero that are no larger than their errors."""
     clean = matrix.copy()
     for i in range(matrix.rows):
         for j in range(matrix.cols):
-            if abs(matrix[i, j]) <= _ROUNDING * sizes[i, j]:
+            if abs(matrix[i, j]) <= errors[i, j]:
                 clean[i, j] = mpf(0)
     return clean
 

@@ -28,9 +28,8 @@ from lagrange_cli.analysis.values import Equilibrium, Mpf, Stability
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
-#: Part of the largest entry below which an eigenvalue is taken for zero, at a point that is known
-#: to 30 digits.
-_ZERO = mpf(10) ** -22
+#: Part of the terms of entries below which a pivot is rounding, and growth of the entries' errors.
+_ZERO, _GROWTH = mpf(10) ** -40, 100
 #: States up to which poles are found in many digits.
 _MOST_STATES = 16
 #: Real parts, relative to the largest pole, that count, in many digits and in doubles: a multiple
@@ -46,6 +45,7 @@ _NO_MINIMUM = Phrase(
     "{matrix} is degenerate, and along its null direction the energy has no minimum",
     matrix=("K",),
 )
+_DEGENERATE = Phrase("{matrix} is degenerate", matrix=("K",))
 _NOT_POSITIVE = Phrase("no pole has a positive real part")
 
 
@@ -150,6 +150,8 @@ class _Question:
             return self.by_poles()
         if len(flat) == 1 and positive == len(self.bound) - 1:
             return self.by_higher_terms()
+        if self.at.exact is None:
+            return Stability("undecided", _DEGENERATE)
         return Stability(
             "undecided",
             Phrase("{matrix} has {count} null directions", matrix=("K",), count=str(len(flat))),
@@ -188,22 +190,22 @@ class _Question:
                 for a, i in enumerate(chosen)
             ]
             pairs = [(a, b, i, j) for a, i in enumerate(chosen) for b, j in enumerate(chosen)]
-            size = max(unit[a] * unit[b] * self.linear.sizes[i, j] for a, b, i, j in pairs)
-            return _signs(rows, size * max(_ZERO, mpf(self.at.uncertainty) * 100))
+            sizes, errors = self.linear.sizes, self.linear.errors
+            rounding = max(
+                unit[a] * unit[b] * (_ZERO * sizes[i, j] + _GROWTH * errors[i, j])
+                for a, b, i, j in pairs
+            )
+            return _signs(rows, rounding)
 
     def by_higher_terms(self) -> Stability:
         test = EnergyTest.FLAT
-        if (
-            self.at.uncertainty < 1e-15
-            and not self.system.equations.system.closures
-            and not self.drifting
-        ):
+        if not self.system.equations.system.closures and not self.drifting:
             test = reduced_energy(self.system, self.at, self.linear)
         if test is EnergyTest.MINIMUM:
             return self.at_minimum(_RISING)
         if test is EnergyTest.NONE and not self.has_velocity_forces and self.is_conservative:
             return Stability("unstable", _NO_MINIMUM)
-        return Stability("undecided", Phrase("{matrix} is degenerate", matrix=("K",)))
+        return Stability("undecided", _DEGENERATE)
 
     # Poles.
 

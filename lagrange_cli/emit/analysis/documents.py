@@ -22,6 +22,7 @@ from lagrange_cli.emit.analysis.wording import (
     reason_of,
     searched,
     span_line,
+    unproven_lines,
     verdict_word,
 )
 from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.forms.momenta import Momentum
     from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
-    from lagrange_cli.analysis.values import Equilibria, Equilibrium
+    from lagrange_cli.analysis.values import Equilibria, Equilibrium, NearBalance
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.notation.vocabulary import Vocabulary
 
@@ -142,6 +143,8 @@ class _Contents:
         if hidden:
             blocks.append(Words(say("And {count} more, in JSON.", count=hidden)))
         blocks += self._absent(result)
+        near = unproven_lines(result, say, self._near)
+        blocks += [Bullets(tuple(near))] if near else []
         if result.held_inputs:
             inputs = ", ".join(
                 letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
@@ -186,6 +189,9 @@ class _Contents:
             return say("{text}:", text=_capital(verdict or reason))
         whole = verdict or reason
         return say("{name}: {value}", name=place, value=whole) if whole else place
+
+    def _near(self, at: NearBalance) -> str:
+        return self.places.inline(self.places.place(None, at.position, at.free), ())
 
     def _absent(self, result: Equilibria) -> Iterator[Block]:
         """Return equilibria that exist for other values of the parameters."""

@@ -202,6 +202,7 @@ def _equilibria(
         "nonzero": list(equilibria.nonzero),
         "starts": equilibria.starts,
         "held": dict(equilibria.held_inputs),
+        "near": [_named(names, map(float, x.position)) for x in equilibria.unproven],
     }
 
 

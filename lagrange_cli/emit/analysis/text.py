@@ -14,10 +14,12 @@ from lagrange_cli.emit.analysis.wording import (
     Teller,
     count_line,
     damping_line,
+    held_line,
     part_word,
     reason_of,
     searched,
     turning_values,
+    unproven_lines,
     verdict_word,
 )
 from lagrange_cli.emit.forms.writer import with_momenta
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
         Linearization,
         Matrix,
         Mode,
+        NearBalance,
         Turning,
     )
 
@@ -139,10 +142,8 @@ class _Writer:
     # Equilibria.
 
     def equilibria(self, equilibria: Equilibria) -> list[Row | Block]:
-        steady, counted = (
-            self.analysis.steady,
-            words(count_line(equilibria, self.say, self.printer.symbol)),
-        )
+        steady = self.analysis.steady
+        counted = words(count_line(equilibria, self.say, self.printer.symbol))
         name = self.say("Equilibria") if steady is None else self.say("Steady motions")
         head = Row(name, "   ", counted, "heading")
         points = equilibria.points[:MOST_LISTED]
@@ -179,14 +180,12 @@ class _Writer:
                 for s, x in steady.given_values
             )
             lines.append(Row("", "  ", words(self.say("with {values}", values=momenta))))
-        if equilibria.held_inputs:
-            inputs = ", ".join(
-                f"{self.printer.symbol(n)} = {x:g}" for n, x in equilibria.held_inputs
-            )
-            lines.append(
-                Row("", "  ", words(self.say("with inputs held at {values}", values=inputs)))
-            )
-        return lines
+        further = unproven_lines(equilibria, self.say, self.near)
+        further += held_line(equilibria, self.say, self.printer.symbol)
+        return [*lines, *(Row("", "  ", words(line)) for line in further)]
+
+    def near(self, at: NearBalance) -> str:
+        return joined(self.values(None, at.position, at.free))
 
     def hidden(self, count: int) -> Row:
         """Say that more is in JSON."""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         Equilibria,
         Equilibrium,
         Linearization,
+        NearBalance,
         Turning,
         Verdict,
     )
@@ -81,6 +82,28 @@ def count_line(equilibria: Equilibria, say: Language, symbol: Callable[[str], st
             starts=equilibria.starts,
         )
     return say("{count} found; there may be others", count=number)
+
+
+def unproven_lines(
+    equilibria: Equilibria, say: Language, place: Callable[[NearBalance], str]
+) -> list[str]:
+    """Say near which positions numbers balance without a proof.
+
+    ``place`` writes a configuration.
+    """
+    return [
+        say(
+            "numbers nearly balance near {place}; it is not proven that there is an equilibrium",
+            place=place(near),
+        )
+        for near in equilibria.unproven
+    ]
+
+
+def held_line(equilibria: Equilibria, say: Language, symbol: Callable[[str], str]) -> list[str]:
+    """Say at which values inputs are held; nothing if there are none."""
+    inputs = ", ".join(f"{symbol(n)} = {x:g}" for n, x in equilibria.held_inputs)
+    return [say("with inputs held at {values}", values=inputs)] if inputs else []
 
 
 def turning_values(

@@ -21,6 +21,12 @@ FRENCH_OF_ANALYSES = {
     "{count} found, by a search from {starts} starts; there may be others": (
         "{count} par une recherche à partir de {starts} départs\u00a0; il peut y en avoir d'autres"
     ),
+    "numbers nearly balance near {place}; it is not proven that there is an equilibrium": (
+        "près de {place} les nombres s'équilibrent presque ; aucun équilibre n'y est prouvé"
+    ),
+    "a force or constraint has no value at rest": (
+        "une force ou une liaison n'a pas de valeur au repos"
+    ),
     "{count} found; there may be others": "{count} trouvés\u00a0; il peut y en avoir d'autres",
     "stable": "stable",
     "asymptotically stable": "asymptotiquement stable",

@@ -17,6 +17,12 @@ GERMAN_OF_ANALYSES = {
     "{count} found, by a search from {starts} starts; there may be others": (
         "{count} gefunden, durch eine Suche von {starts} Anfängen aus; es kann weitere geben"
     ),
+    "numbers nearly balance near {place}; it is not proven that there is an equilibrium": (
+        "nahe {place} heben sich Zahlen beinahe auf; ein Gleichgewicht ist dort nicht bewiesen"
+    ),
+    "a force or constraint has no value at rest": (
+        "eine Kraft oder Zwangsbedingung hat in Ruhe keinen Wert"
+    ),
     "{count} found; there may be others": "{count} gefunden; es kann weitere geben",
     "stable": "stabil",
     "asymptotically stable": "asymptotisch stabil",
