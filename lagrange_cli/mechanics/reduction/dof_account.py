@@ -251,7 +251,7 @@ def _account(
     extra: int,
 ) -> Account:
     elimination = geometry.elimination
-    counted = {*geometry.positions} | _further(geometry.names)
+    counted = {*geometry.positions} | _further(geometry.names) | _placing(geometry)
     dof = len(geometry.coordinates) - len(closure_numbers)
     cartesian = len(geometry.positions)
     constraints = cartesian + extra - dof
@@ -312,6 +312,17 @@ def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
 def _further(names: Names) -> set[sp.Symbol]:
     """Dependent names in no position."""
     return {*names.dependent}.difference(*map(symbols_in, names.given.values()))
+
+
+def _placing(geometry: Geometry) -> set[sp.Symbol]:
+    """Dependent names in positions of particles."""
+    given, seen = geometry.names.given, set[sp.Symbol]()
+    pending = [s for s in geometry.positions if s in given]
+    while pending:
+        fresh = symbols_in(given[pending.pop()]) - seen
+        seen |= fresh
+        pending += [s for s in fresh if s in given]
+    return seen.intersection(geometry.names.dependent)
 
 
 def _places(geometry: Geometry) -> list[sp.Expr]:

@@ -103,10 +103,10 @@ def name_table(scene: Scene) -> NameTable:
 
 
 def dependent_names(scene: Scene) -> dict[str, Mark]:
-    """Collect the names that stand in ``kinetic`` and in a constraint, with their places.
+    """Collect the names that stand in a constraint and in a position, energy or force.
 
-    If nothing else declares such a name, as the angle of a wheel whose centre is the coordinate,
-    constraints determine it as they do a Cartesian name.
+    If nothing else declares such a name, as the angle of a wheel whose centre is the coordinate, or
+    the second length of a rope over a pulley, constraints determine it as they do a Cartesian name.
     """
     constrained = {
         node.name
@@ -115,11 +115,18 @@ def dependent_names(scene: Scene) -> dict[str, Mark]:
         for side in (equation.left, equation.right)
         for node in names_in(side.node)
     }
+    bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
+    terms = (*scene.kinetic, *scene.potentials, *scene.dissipation)
+    expressions = [
+        *(entry for body in bodies for entry in body.position),
+        *(term.expression for term in terms),
+        *(component for force in scene.forces for component in force.components),
+    ]
     dependent: dict[str, Mark] = {}
-    for term in scene.kinetic:
-        for node in names_in(term.expression.node):
+    for expression in expressions if constrained else ():
+        for node in names_in(expression.node):
             if node.name in constrained:
-                dependent.setdefault(node.name, term.expression.mark(node.span))
+                dependent.setdefault(node.name, expression.mark(node.span))
     return dependent
 
 
