@@ -79,7 +79,7 @@ def test_derivation_compares_every_method_with_the_closed_form(tmp_path: Path) -
 @pytest.mark.parametrize(
     "commands",
     [
-        ("derive", "emit --to c"),
+        ("emit --to c",),
         pytest.param(("derive", "emit --to c", "simulate"), marks=pytest.mark.campaign),
     ],
 )
@@ -249,7 +249,13 @@ def test_the_cost_of_the_promise_is_that_of_every_scene(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("scene", ["celestial/kepler", "constraints/four_bar_linkage"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        "celestial/kepler",
+        pytest.param("constraints/four_bar_linkage", marks=pytest.mark.campaign),
+    ],
+)
 def test_peers_of_the_promise_have_no_larger_error(scene: str) -> None:
     _needs_compiler()
     printed = run_benchmark("promise_peers", "--turns", "1", "--scenes", scene)

@@ -33,7 +33,11 @@ def folder(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "code"),
-    [(signal.SIGKILL, -9), (signal.SIGTERM, 143), (signal.SIGHUP, 129)],
+    [
+        (signal.SIGKILL, -9),
+        (signal.SIGTERM, 143),
+        pytest.param(signal.SIGHUP, 129, marks=pytest.mark.campaign),
+    ],
     ids=["kill", "term", "hup"],
 )
 def test_a_run_that_was_ended_goes_on_to_the_same_file(folder, number, code):

@@ -306,12 +306,21 @@ class TestInterruption:
         (tmp_path / "slow.yaml").write_text(SLOW)
         (tmp_path / "out").mkdir()
         process = subprocess.Popen(
-            [sys.executable, "-m", "lagrange_cli", "simulate", "slow.yaml", "-o", "out/t.csv"],
+            [
+                sys.executable,
+                "-m",
+                "lagrange_cli",
+                "simulate",
+                "slow.yaml",
+                "-v",
+                "-o",
+                "out/t.csv",
+            ],
             cwd=tmp_path,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
-        time.sleep(3)
+        assert process.stderr.readline()  # it has its equations
         yield process
         if process.poll() is None:
             process.kill()

@@ -251,7 +251,7 @@ def whole(tmp_path_factory):
         return dict(arrays)
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.campaign), "2"])
 def test_a_killed_run_goes_on_in_its_store(folder, whole, jobs):
     """Neither half a block is counted nor a whole one run again."""
     zarr = pytest.importorskip("zarr")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -33,3 +34,41 @@ def test_a_swallowed_signal_is_sent_again(number: signal.Signals) -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=15)
     assert done.returncode == 128 + number
     assert b"Traceback" not in done.stderr
+
+
+#: A module that swallows what is raised while it is imported.
+MODULE = """
+import os, signal, time
+try:
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.2)
+except BaseException:
+    pass
+"""
+
+IMPORTING = """
+import sys, time
+from lagrange_cli.cli.main import lagrange, run
+
+def work(*words, **options):
+    import swallows
+    time.sleep(20)
+
+lagrange.main = work
+try:
+    run([])
+except KeyboardInterrupt:  # click turns it into its own
+    sys.exit(130)
+"""
+
+
+@pytest.mark.slow
+def test_an_interrupt_waits_for_the_end_of_an_import(tmp_path) -> None:
+    (tmp_path / "swallows.py").write_text(MODULE)
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTING],
+        capture_output=True,
+        timeout=15,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+    )
+    assert (done.returncode, done.stderr) == (130, b"")

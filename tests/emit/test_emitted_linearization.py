@@ -255,6 +255,7 @@ def test_poles_of_a_rolling_board():
     assert_allclose(np.sort(poles.imag), np.sort(expected.imag), atol=1e-5)
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_poles_of_a_bicycle_at_rest():
     """J. P. Meijaard, J. M. Papadopoulos, A. Ruina, A. L. Schwab, Proc. R. Soc. A 463 (2007) 1955,

@@ -11,7 +11,7 @@ import sympy
 
 from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import Mark, Problem
-from lagrange_cli.notation.scene_language import LARGEST_DENSE
+from lagrange_cli.notation import scene_language
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 from tests.parts import changed
 
@@ -92,9 +92,9 @@ def test_explicit_form_solves_for_accelerations():
     ]
 
 
-@pytest.mark.slow
-def test_large_matrices_are_sparse():
-    n = LARGEST_DENSE + 1
+def test_large_matrices_are_sparse(monkeypatch):
+    n = 9
+    monkeypatch.setattr(scene_language, "LARGEST_DENSE", n - 1)
     given = parameters(m=1.0)
     chosen = coordinates(*(f"x{i}" for i in range(n)))
     kinetic = sympy.Add(*(HALF * given[0].symbol * c.v**2 for c in chosen))
@@ -115,6 +115,7 @@ def test_warnings_carry_their_place():
     ]
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_output_does_not_depend_on_the_hash_seed():
     code = (

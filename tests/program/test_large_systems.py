@@ -423,6 +423,7 @@ for make in (lambda: net(4), CASES["own_masses"]):
 """
 
 
+@pytest.mark.campaign
 def test_output_does_not_depend_on_the_hash_seed():
     folder = str(Path(__file__).parents[2])
     found = {

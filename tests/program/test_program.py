@@ -362,6 +362,7 @@ for make in systems.ALL:
 """
 
 
+@pytest.mark.campaign
 @pytest.mark.slow
 def test_output_does_not_depend_on_the_hash_seed():
     outputs = []

@@ -123,7 +123,6 @@ def test_what_cannot_be_drawn_is_refused(words, says):
     assert says in done.stderr
 
 
-@pytest.mark.slow
 def test_scenes_without_particles_have_no_picture():
     with pytest.raises(InputError, match="no particles"):
-        mode_pictures(derived("fput"), moving=False)
+        mode_pictures(derived("relativistic_oscillator"), moving=False)

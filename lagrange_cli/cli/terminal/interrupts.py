@@ -47,12 +47,40 @@ def termination() -> Iterator[None]:
         for known in before:
             signal.signal(known, stop)
 
-    with _handled_signals(_ending_signals(), stop) as before:
+    with (
+        _handled_signals(_interrupts(), _interrupt),
+        _handled_signals(_ending_signals(), stop) as before,
+    ):
         try:
             yield
         except Terminated as ended:
             ended.heard = True
             raise
+
+
+def _interrupts() -> list[signal.Signals]:
+    """Return SIGINT if Python turns it into KeyboardInterrupt, else nothing."""
+    ours = signal.getsignal(signal.SIGINT) == signal.default_int_handler
+    return [signal.SIGINT] if ours else []
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt; after the import if a module is being imported.
+
+    Extension modules take every exception for their own while they are imported.
+    """
+    if _is_importing(frame):
+        threading.Timer(_PAUSE, os.kill, (os.getpid(), number)).start()
+    else:
+        signal.default_int_handler(number, frame)
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _ending_signals() -> list[signal.Signals]:

@@ -128,8 +128,9 @@ def test_heyoka_writes_nothing_elsewhere(tmp_path, switch):
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    first, second = (run(*RUN).partition("Energy")[0] for _ in range(2))
-    assert first == second
+    first = run(*RUN).partition("Energy")[0]
+    if switch == "on":
+        assert run(*RUN).partition("Energy")[0] == first
     files = [path for path in tmp_path.rglob("*") if path.is_file()]
     if switch == "off":
         assert files == []
