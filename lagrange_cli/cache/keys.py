@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
+from functools import cache
 from hashlib import sha256
 from importlib.util import find_spec
 
@@ -35,11 +36,13 @@ def digest(*parts: bytes | str) -> str:
     return hasher.hexdigest()
 
 
+@cache
 def fingerprint() -> str:
     """Return a hash that changes with lagrange's code, Python's version or that of a library.
 
     Nothing is imported: names, sizes and times of the package's files stand for
-    its code, the file that states its version for each library.
+    its code, the file that states its version for each library. They are looked at once: a
+    process goes on with the code that it has loaded.
     """
     package = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
     try:
