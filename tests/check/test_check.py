@@ -167,9 +167,10 @@ def test_hamiltonian_of_a_block_that_is_not_solved(last, found, tmp_path):
 
 
 def test_every_check_is_exercised():
-    # Events need contacts, which the scenes of test_expected_events have.
+    # Events need contacts, which the scenes of test_expected_events have, and laws of equilibrium
+    # levers: test_expected_equilibria.
     rules = {rule for rule, _ in FAILS.values()}
-    assert {"events", *rules} == {*CHECKS, "error", "unknown-name"}
+    assert {"events", "equilibrium", *rules} == {*CHECKS, "error", "unknown-name"}
 
 
 @pytest.mark.slow
