@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import sympy as sp
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
@@ -95,3 +96,45 @@ def test_modes_are_those_of_the_stable_equilibrium_or_of_the_one_named():
     assert hanging.frequency == pytest.approx(rate, rel=1e-12)
     assert upright.frequency == 0
     assert upright.pole == pytest.approx(rate, rel=1e-12)
+
+
+PENDULUMS_WITH_SPRING = """\
+parameters: {m: 1, l: {value: 1, positive: true}, k: 2, g: 9.81}
+plane: xz
+particles:
+  one: {mass: m, position: [l*sin(theta1), 0, -l*cos(theta1)]}
+  two: {mass: m, position: [l*sin(theta2), 0, -l*cos(theta2)]}
+coordinates: [theta1, theta2]
+potentials:
+  weight: {gravity: g}
+  spring: k*l^2/2*(sin(theta1) - sin(theta2))^2
+initial: {theta1: 0.1, theta2: 0}
+"""
+
+
+@pytest.mark.slow
+def test_equilibria_of_symmetry_have_exact_frequencies():
+    """Marion and Thornton 12.3: the equations have no closed solution, θ = 0 is tried."""
+    found = loads(PENDULUMS_WITH_SPRING).derive().analyze("equilibria", "modes")
+    assert [str(mode.exact_square) for mode in found.modes] == ["g/l", "g/l + 2*k/m"]
+    assert {tuple(map(str, p.exact)) for p in found.equilibria.points} == {
+        ("0", "0"),
+        ("0", "pi"),
+        ("pi", "0"),
+        ("pi", "pi"),
+    }
+    assert not found.equilibria.complete
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("g", [9.81, -9.81])
+def test_modes_of_the_double_pendulum_are_products(g):
+    """Landau and Lifshitz, §23, problem 2; with g < 0 it oscillates upside down."""
+    scene = (SYSTEMS / "pendulums" / "double_pendulum.yaml").read_text()
+    found = loads(scene, parameters={"g": g}).derive().analyze("modes")
+    slow, fast = found.modes
+    assert slow.frequency < fast.frequency
+    values = {p.symbol: p.value for p in found.equations.system.parameters}
+    for mode in found.modes:
+        assert float(mode.exact_square.subs(values)) == pytest.approx(mode.frequency**2)
+        assert sp.count_ops(mode.exact_square) <= 30

@@ -4,7 +4,8 @@ An equation that is a product gives a branch for each factor. Within a branch an
 unknown is solved (:mod:`.single_equation`), an unknown that stands linearly is eliminated, and so
 on until nothing is left. A factor in parameters alone gives a branch as well, under the relation
 that it vanishes: the law of a lever (:mod:`.parameter_relations`); so does a factor that was
-divided by. Each step keeps all solutions, so that a search that ends has found all.
+divided by. Each step keeps all solutions, so that a search that ends has found all. A branch that
+cannot be solved is tried where symmetry often puts an equilibrium, its angles at 0 and π.
 Candidates are put into the equations before they count.
 """
 
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import mpmath
 import sympy as sp
@@ -42,6 +44,8 @@ from lagrange_cli.mechanics.proofs.zero_test import vanish
 _UNKNOWNS = 12
 #: Branches that are followed.
 _BRANCHES = 300
+#: Angles of a branch of which each is tried at 0 and at π; all of more are tried at 0.
+_TURNED = 4
 #: Operations of one equation.
 _OPERATIONS = 400
 
@@ -77,7 +81,8 @@ class Branch:
     """Equations that are still to be solved, and the values found so far, the last first.
 
     ``relations`` between parameters hold in all of it. Where one of the ``excluded`` expressions
-    vanishes another branch has what there is.
+    vanishes another branch has what there is. ``is_trial``: some unknowns are at places that were
+    tried, so that a relation would only say when these are equilibria.
     """
 
     equations: tuple[sp.Expr, ...]
@@ -86,6 +91,7 @@ class Branch:
     conditions: tuple[Existence, ...] = ()
     relations: tuple[Relation, ...] = ()
     excluded: frozenset[sp.Expr] = frozenset()
+    is_trial: bool = False
 
     def solved(
         self, unknown: sp.Symbol, value: sp.Expr, conditions: tuple[Existence, ...] = ()
@@ -182,6 +188,21 @@ class Solver:
                     yield simplified
             except _BudgetError:
                 self.complete = False
+                pending = [*self._trials(branch), *pending]
+
+    def _trials(self, branch: Branch) -> Iterator[Branch]:
+        """Put the angles of a branch to 0 and π; without angles all coordinates to 0."""
+        present = frozenset().union(*(e.free_symbols for e in branch.equations))
+        coordinates = self.system.equations.system.coordinates
+        open_ones = [c.q for c in coordinates if c.q in present and c.q in branch.unknowns]
+        angles = [q for q in open_ones if q in self.angles]
+        sides = (sp.S.Zero, sp.pi) if angles and len(angles) <= _TURNED else (sp.S.Zero,)
+        chosen = angles or open_ones
+        for places in product(sides, repeat=len(chosen)) if chosen else ():
+            trial = replace(branch, is_trial=True)
+            for unknown, place in zip(chosen, places, strict=True):
+                trial = trial.solved(unknown, place)
+            yield trial
 
     def _simplified(self, branch: Branch) -> Branch | None:
         """Drop equations that hold; None if one of them cannot hold."""
@@ -247,7 +268,7 @@ class Solver:
     def _related(self, branch: Branch, expressions: Iterable[sp.Expr]) -> Iterator[Branch]:
         """Take one of the expressions in parameters to vanish."""
         for expression in expressions:
-            if expression in branch.excluded:
+            if branch.is_trial or expression in branch.excluded:
                 continue
             relation = solved_relation(expression, self.facts)
             if relation is not None and branch.equations:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -10,7 +11,8 @@ import sympy as sp
 
 from lagrange_cli.analysis.linear.linearize import DIGITS
 from lagrange_cli.analysis.values import ExactMatrices, Linearization, Matrix, Mode
-from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.elimination.solve_equation import solutions
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
@@ -51,7 +53,9 @@ def modes(linear: Linearization, known: Mapping[sp.Symbol, Mpf]) -> tuple[Mode, 
     numeric = _normal(linear)
     if linear.exact is None:
         return numeric
-    squares = [s for s in exact_squares(linear.exact) if s.free_symbols <= known.keys()]
+    squares = exact_squares(linear.exact)
+    if not {s for form in squares.plain for s in form.free_symbols} <= known.keys():
+        return numeric
     return tuple(_with_closed_form(mode, linear.exact, squares, known) for mode in numeric)
 
 
@@ -122,38 +126,101 @@ def _damped(linear: Linearization) -> tuple[Mode, ...]:
 # Closed forms.
 
 
-def exact_squares(exact: ExactMatrices) -> list[sp.Expr]:
+@dataclass(frozen=True)
+class _Squares:
+    """Squared frequencies in closed form.
+
+    Attributes
+    ----------
+    plain
+        With roots of sums, which algorithms on polynomials take.
+    shown
+        The same in their shortest form, in some order.
+    """
+
+    plain: tuple[sp.Expr, ...] = ()
+    shown: tuple[sp.Expr, ...] = ()
+
+
+def exact_squares(exact: ExactMatrices) -> _Squares:
     """Solve det(K − ω² M) = 0 in closed form: the roots of factors of first and second degree."""
     n = len(exact.mass)
     if n > _EXACT_SIZE or any(e != 0 for row in exact.damping for e in row):
-        return []
+        return _Squares()
     mass, stiff = sp.Matrix(exact.mass), sp.Matrix(exact.stiffness)
     if sum(sp.count_ops(e) for e in (*mass, *stiff)) > _EXACT_OPERATIONS:
-        return []
+        return _Squares()
     square = sp.Dummy("w", real=True)
     determinant = (
         (stiff - square * mass).det(method="berkowitz") if n > 1 else (stiff[0] - square * mass[0])
     )
     numerator = sp.fraction(cancelled(determinant))[0]
-    roots: list[sp.Expr] = []
+    plain: list[sp.Expr] = []
+    shown: list[sp.Expr] = []
     for factor in sp.Mul.make_args(factored_form(numerator)):
         base = factor.as_base_exp()[0]
         if square not in base.free_symbols or sp.degree(base, square) > 2:
             continue
-        roots += [factored_form(cancelled(r)) for r in solutions(base, square) or []]
-    return [r for r in roots if sp.count_ops(r) <= _LONGEST]
+        roots = [factored_form(cancelled(r)) for r in solutions(base, square) or []]
+        shorter = _shortest(sp.Poly(base, square), roots)
+        if all(sp.count_ops(r) <= _LONGEST for r in shorter):
+            plain += roots
+            shown += shorter
+    return _Squares(tuple(plain), tuple(shown))
+
+
+def _shortest(factor: sp.Poly, roots: Sequence[sp.Expr]) -> Sequence[sp.Expr]:
+    """Return the roots of a factor of first or second degree in their shortest form."""
+    if factor.degree() == 1:
+        return [min((r, sp.expand(r)), key=printed_length) for r in roots]
+    products = _by_products(*map(factored_form, factor.all_coeffs()))
+    return min(roots, products, key=lambda pair: sum(map(printed_length, pair)))
+
+
+def _by_products(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
+    """Return the roots of a u² + b u + c with what b² and 4 a c share as factors left as products.
+
+    As in ω² = g/(2 m₁ l₁ l₂) {M (l₁ + l₂) ± √(M [M (l₁ + l₂)² − 4 m₁ l₁ l₂])} of a double pendulum,
+    where M = m₁ + m₂. What is taken out of the root may be negative: the order of the two is any.
+    """
+    whole, taken = factored_form(b**2), factored_form(4 * a * c)
+    shared = common_divisor([whole, taken])
+    outside, inside = sp.S.One, sp.S.One
+    for factor in sp.Mul.make_args(factored_form(shared)):
+        base, exponent = factor.as_base_exp()
+        halves = int(exponent) // 2 if exponent.is_Integer else 0
+        outside *= base**halves
+        inside *= factor / base ** (2 * halves)
+    difference = factored_form(cancelled(whole / shared)) - factored_form(cancelled(taken / shared))
+    common = common_divisor([outside, b])
+    first = factored_form(cancelled(-b / common))
+    root = cancelled(outside / common) * sp.sqrt(inside * difference)
+    scale = factored_form(cancelled(common / (2 * a)))
+    return [scale * (first + sign * root) for sign in (-1, 1)]
 
 
 def _with_closed_form(
-    mode: Mode, exact: ExactMatrices, squares: Sequence[sp.Expr], known: Mapping[sp.Symbol, Mpf]
+    mode: Mode,
+    exact: ExactMatrices,
+    squares: _Squares,
+    known: Mapping[sp.Symbol, Mpf],
 ) -> Mode:
     """Add the closed form whose value is the mode's."""
     number = mode.frequency**2 if mode.pole is None else -(mode.pole.real**2)
-    for square, value in _valued(squares, known):
-        if abs(value - number) <= _AGREE * max(abs(number), 1e-300) or value == number:
-            shape = _exact_shape(exact, square, mode, known)
-            return Mode(mode.frequency, mode.shape, mode.pole, square, shape)
-    return mode
+    plain, shown = (
+        [
+            square
+            for square, value in _valued(forms, known)
+            if abs(value - number) <= _AGREE * max(abs(number), 1e-300) or value == number
+        ]
+        for forms in (squares.plain, squares.shown)
+    )
+    if not (plain and shown):
+        return mode
+    shape = (
+        _exact_shape(exact, plain[0], mode, known) if sp.count_ops(plain[0]) <= _LONGEST else None
+    )
+    return Mode(mode.frequency, mode.shape, mode.pole, shown[0], shape)
 
 
 def _valued(
