@@ -128,10 +128,10 @@ def _energy_is_sum(derivation: Uncertified) -> bool:
         return True
     multiple = sp.Dummy("multiple", positive=True)
     faster = {v: multiple * v for v in velocities}
-    still = at_rest(potential, velocities)
-    if still is None:
+    resting = at_rest(potential, velocities)
+    if resting is None:
         return False
-    growth = potential.xreplace(faster) - still - multiple * (potential - still)
+    growth = potential.xreplace(faster) - resting - multiple * (potential - resting)
     return are_equal(kinetic.xreplace(faster), multiple**2 * kinetic) and vanish(growth)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, partial
 from types import CodeType, SimpleNamespace
 from typing import Any
 
@@ -61,6 +61,32 @@ def _compiled(code: str) -> CodeType:
     return compile(code, "<model>", "exec")
 
 
+def over_objects(code: str, known: Mapping[str, Any]) -> Callable[..., Any]:
+    """Make what calls a model's functions by name, over objects in place of numbers.
+
+    Parameters
+    ----------
+    known
+        Functions that the text calls, by name.
+
+    Raises
+    ------
+    UnfitError
+        At a call: the function needs more than numbers.
+    """
+    namespace = functions_of(code)
+    namespace |= known
+    namespace |= _OF_OBJECTS
+
+    def called(name: str, *arguments: Any) -> Any:
+        try:
+            return namespace[name](*arguments)
+        except (TypeError, AttributeError, KeyError, ValueError) as error:
+            raise UnfitError(_LOOPS) from error
+
+    return called
+
+
 def in_mpmath(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[Any]], Any]:
     """Make one of a model's functions of t, y and p, with a single result, run over mpmath.
 
@@ -69,19 +95,9 @@ def in_mpmath(code: str, name: str) -> Callable[[Any, Sequence[Any], Sequence[An
     UnfitError
         At a call: the function needs more than numbers.
     """
-    namespace = functions_of(code)
     from mpmath import mp
 
-    namespace |= {word: getattr(mp, word) for word in _MATH}
-    namespace |= _OF_OBJECTS
-
-    def evaluated(t: Any, y: Sequence[Any], p: Sequence[Any]) -> Any:
-        try:
-            return namespace[name](t, y, p)
-        except (TypeError, AttributeError, KeyError, ValueError) as error:
-            raise UnfitError(_LOOPS) from error
-
-    return evaluated
+    return partial(over_objects(code, {word: getattr(mp, word) for word in _MATH}), name)
 
 
 @cache

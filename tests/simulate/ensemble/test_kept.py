@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +12,17 @@ from hypothesis import strategies as st
 from scipy.special import ellipj, ellipk
 
 from lagrange_cli import InputError, loads
-from lagrange_cli.simulate.ensemble.reduce.reductions import reduced
+from lagrange_cli.simulate.ensemble.reduce.dense_motion import Motions, Panels, Piece
+from lagrange_cli.simulate.ensemble.reduce.enclosures import Expression
+from lagrange_cli.simulate.ensemble.reduce.expression_graph import outputs_of
+from lagrange_cli.simulate.ensemble.reduce.reductions import REDUCTIONS
+from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.model.requested_outputs import (
+    read_reduction,
+    reduction_outputs,
+    with_reductions,
+)
 
 #: x = A cos t, and a column of its energy.
 OSCILLATOR = """
@@ -170,55 +183,119 @@ def test_names_that_are_none_are_refused(oscillator):
             oscillator.ensemble({"x": [1.0]}, **wrong)
 
 
-# Numbers of samples alone.
+# Numbers of polynomials between samples alone.
+
+#: x = A sin(w t + phase), whatever the parameters are: its motion is given by its samples.
+POINT = """
+name: point
+parameters: {level: 0, w: 1}
+particles: {p: {mass: 1, position: [x, 0, 0]}}
+coordinates: [x]
+initial: {x: 0}
+simulate: {until: 1}
+"""
+
+
+@functools.cache
+def model_with(*texts: str) -> Model:
+    equations = loads(POINT).derive().equations
+    return model_of(with_reductions(equations, [read_reduction(text) for text in texts]))
+
+
+def reduced(text: str, t, x, v, level: float, error: float = 1e-12) -> tuple[float, float]:
+    """A number of one motion with these samples."""
+    model = model_with(text)
+    motions = Motions(
+        (Piece(t, np.stack([x, v], axis=1)[None]),),
+        np.array([[level, 1.0]]),
+        np.full((1, 2), error),
+    )
+    outputs = outputs_of(model, 0)
+    assert outputs is not None
+    names = reduction_outputs(0, 1)
+    expression = Expression(outputs, names[0], names[1:], motions, Panels.of_motions(motions))
+    (number,), (off,) = REDUCTIONS[read_reduction(text).kind](expression)
+    return float(number), float(off)
 
 
 @pytest.mark.slow
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(
     st.floats(0.2, 8),
     st.floats(0, 6.3),
     st.integers(60, 300),
     st.floats(-0.99, 0.99),
 )
-def test_errors_of_numbers_are_estimated(frequency, phase, samples, level):
+def test_errors_of_numbers_are_bounds(frequency, phase, samples, level):
     """Of a sine that may be sampled too rarely: no number is off by more than is said."""
     t = np.linspace(0, 12, samples)
-    values = np.sin(frequency * t + phase)[None]
-    allowed = np.full(values.shape, 1e-12)
-
-    def found(kind, values):
-        (number,), (error,) = reduced(kind, t, values, allowed)
-        return number, error
-
+    x, v = np.sin(frequency * t + phase), frequency * np.cos(frequency * t + phase)
     turns = np.arange(-1, 40)
     tops = (np.pi / 2 + 2 * np.pi * turns - phase) / frequency
-    largest = 1.0 if ((tops >= 0) & (tops <= 12)).any() else values.max()
-    number, error = found("max", values)
-    assert abs(number - largest) <= error
-    number, error = found("mean", values)
+    largest = 1.0 if ((tops >= 0) & (tops <= 12)).any() else max(x[0], x[-1])
+    number, error = reduced("max(x)", t, x, v, level)
+    assert abs(number - largest) <= error + 1e-15
+    number, error = reduced("mean(x)", t, x, v, level)
     exact = (np.cos(phase) - np.cos(12 * frequency + phase)) / (12 * frequency)
-    assert abs(number - exact) <= error + 1e-13
+    assert abs(number - exact) <= error + 1e-14
     rises = (np.arcsin(level) + 2 * np.pi * turns - phase) / frequency
-    # At the start it may hold from then on.
-    rises = rises[(rises > -1e-12) & (rises < 12)]
-    number, error = found("first", values - level)
-    if values[0, 0] > level:
-        assert number == 0
+    rises = rises[(rises >= 0) & (rises < 12)]
+    number, error = reduced("first(x > level)", t, x, v, level)
+    if x[0] > level:
+        assert number <= max(error, 1e-12)
     elif len(rises) and error < np.inf:
         assert abs(number - rises.min()) <= error
     elif error < np.inf:
         assert np.isnan(number)
 
 
-def test_a_passage_between_two_samples_is_found():
-    t = np.linspace(0, 2 * np.pi, 101)
-    shifted = np.pi / 100
-    values = (np.cos(t - 3 - shifted) - np.cos(0.4 * shifted))[None]
-    assert (values < 0).all()
-    (time,), (error,) = reduced("first", t, values, np.zeros(values.shape))
-    assert abs(time - (3 + shifted - 0.4 * shifted)) <= error < 1e-3
-    touching = (np.cos(t - 3 - shifted) - 1)[None]
-    (time,), (error,) = reduced("first", t, touching, np.full(touching.shape, 1e-9))
-    assert np.isnan(time)
-    assert error == np.inf
+@pytest.mark.parametrize(
+    ("call", "exact"),
+    [
+        ("max(exp(-1e8*(x - 0.123)^2))", 1.0),
+        ("min(1 - 1/(1 + 1e9*(x - 0.4)^2))", 0.0),
+        ("mean(exp(-1e10*(x - 0.123)^2))", 2 * np.sqrt(np.pi / 1e10 / (1 - 0.123**2)) / np.pi),
+        ("first(abs(x - 0.5) < 1e-9)", np.arcsin(0.5 - 1e-9)),
+        ("first(tanh(1e6*(x - 0.7)) > 0)", np.arcsin(0.7)),
+        ("first(sqrt(1 - x) < 0.1)", np.arcsin(0.99)),
+        ("max(abs(x - 0.3))", 0.7),
+        ("max(min(x, 0.25))", 0.25),
+        ("first(max(x, dot(x)) < 0.75)", np.arccos(0.75)),
+        ("max(sign(x - 0.2)*x)", 1.0),
+        ("max(log(x + 1) + asin(x/2) + atan2(x, 2) + cosh(x))", None),
+        ("max(x^2.5 + 2^x + acos(x/3) + asinh(x) + atanh(x/2) + tan(x) + sinh(x))", None),
+    ],
+)
+def test_narrow_places_are_found(call, exact):
+    """Of half a turn of a sine with samples far wider than what is looked for."""
+    t = np.linspace(0, np.pi, 41)
+    number, error = reduced(call, t, np.sin(t), np.cos(t), 0.0, 1e-13)
+    if exact is None:
+        s = np.linspace(0, np.pi, 200_001)
+        text = re.fullmatch(r"max\((.*)\)", call)[1].replace("^", "**").replace("atan2", "arctan2")
+        text = re.sub(r"\ba(sin|cos|tan)", r"arc\1", text)
+        exact = eval(text, {**vars(np), "x": np.sin(s)}).max()
+        error += 1e-9
+    assert abs(number - exact) <= error
+    assert error < 1e-8
+
+
+def test_poles_and_places_without_values_are_told():
+    t = np.linspace(0, np.pi, 41)
+    assert reduced("max(1/(x - 0.5))", t, np.sin(t), np.cos(t), 0) == (np.inf, np.inf)
+    number, error = reduced("mean(1/(x - 0.5))", t, np.sin(t), np.cos(t), 0)
+    assert (np.isnan(number), error) == (True, np.inf)
+    # Bounded, though no arithmetic of intervals shows it.
+    number, error = reduced("max(sin(x - 0.5)/(x - 0.5))", t, np.sin(t), np.cos(t), 0)
+    assert error == np.inf or abs(number - 1) <= error
+    number, error = reduced("max(sqrt(x - 0.5))", t, np.sin(t), np.cos(t), 0)
+    assert (np.isnan(number), error) == (True, np.inf)
+
+
+def test_a_touch_is_open():
+    t = np.linspace(0, np.pi, 41)
+    number, error = reduced("first(x > 1)", t, np.sin(t), np.cos(t), 0, 1e-9)
+    assert (np.isnan(number), error) == (True, np.inf)
+    number, error = reduced("first(x > 1 - 1e-6)", t, np.sin(t), np.cos(t), 0, 1e-9)
+    assert abs(number - np.arcsin(1 - 1e-6)) <= error < 1e-5
+    assert reduced("first(x > 2)", t, np.sin(t), np.cos(t), 0)[1] == 0

@@ -1,7 +1,9 @@
 """The numbers that are stored of each motion: extrema, means, first times, values at the end.
 
-Samples of motions go in; numbers with estimates of their errors, and maps of these over a plane,
-come out. Read :mod:`.selection` first.
+Samples of motions go in; numbers with bounds of their errors, and maps of these over a plane, come
+out. Intervals of the time are divided until interval arithmetic with Taylor series tells a number
+(R. E. Moore, R. B. Kearfott and M. J. Cloud, *Introduction to Interval Analysis*, 2009). Read
+:mod:`.selection`, then :mod:`.reductions`.
 """
 
 __all__ = ["plane_map", "selection"]

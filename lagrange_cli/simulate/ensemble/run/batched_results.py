@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress
@@ -14,6 +14,7 @@ from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.plan import Selection
+from lagrange_cli.simulate.ensemble.reduce.dense_motion import Motions, Piece
 from lagrange_cli.simulate.ensemble.reduce.selection import Selector
 from lagrange_cli.simulate.ensemble.run.batched import (
     METHOD,
@@ -124,7 +125,7 @@ class BatchedResults:
         scales = (
             {} if eps is None else dict(zip(self.model.state_names, runs.scales.T, strict=True))
         )
-        columns, numbers = self._selected(runs.states, parameters, energy, scales)
+        columns, numbers = self._selected(runs, parameters, energy)
         members = runs.numbers.tolist()
         yield _only(BlockPart(members, columns, numbers, {}, scales, figures, words), sure)
 
@@ -153,12 +154,18 @@ class BatchedResults:
         return energy, drifts, sure
 
     def _selected(
-        self, states: Array, parameters: Array, energy: Array, scales: Mapping[str, Array]
+        self, runs: BatchedRuns, parameters: Array, energy: Array
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the columns and the numbers to store; no others are evaluated."""
+        states = runs.states
         selector, names = self.selector, self.names
         columns = self._columns(selector.needed(names), states, parameters, energy)
-        numbers = selector.numbers(columns, scales)
+        numbers = selector.numbers(columns)
+        if selector.selection.reductions:
+            promised = self.request.accuracy is not None
+            errors = runs.scales * (runs.estimate[:, None] if promised else 0.0)
+            piece = Piece(selector.times, states)
+            numbers |= selector.reduced(Motions((piece,), parameters, errors))
         if selector.selection.final:
             at_end = states[:, -1:], parameters, energy[:, -1:]
             ends = self._columns(selector.without_reductions(names), *at_end, at_end=True)

@@ -37,6 +37,7 @@ from lagrange_cli.simulate.ensemble.plan.plan import (
 )
 from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues
 from lagrange_cli.simulate.ensemble.plan.variants import NumericMembers
+from lagrange_cli.simulate.ensemble.reduce.dense_motion import Motions
 from lagrange_cli.simulate.ensemble.reduce.selection import Selector
 from lagrange_cli.simulate.ensemble.run.batched_results import (
     BatchedResults,
@@ -158,7 +159,7 @@ class _Runner:
         assert model is not None
         request = replace(batched.request, initial=np.array(model.initial, dtype=float))
         result = trajectory_of(model, request, self.functions(model), measured)
-        return self._part(number, texts, model, result)
+        return self._part(number, texts, model, result, self._selector.motion(model, result))
 
     def single(self, number: int, texts: Sequence[str]) -> BlockPart:
         """Run a member by itself."""
@@ -167,14 +168,21 @@ class _Runner:
             model = None if self._numbers is None else self._numbers.model_of(member)
             functions = None if model is None else self.functions(model)
             model = model or self.plan.recipe.model(member)
-            result = self._simulated(member, model, functions)
+            run = partial(self._simulated, member, model, functions)
+            result = run()
+            motion = self._selector.refined_motion(model, result, run)
         except InputError as refusal:
             words = {"status": REFUSED, "reason": refusal.problems[0].message}
             return BlockPart([number], {}, {}, self._varied(texts, {}), {}, {}, words)
-        return self._part(number, texts, model, result)
+        return self._part(number, texts, model, result, motion)
 
     def _part(
-        self, number: int, texts: Sequence[str], model: Model, result: Trajectory
+        self,
+        number: int,
+        texts: Sequence[str],
+        model: Model,
+        result: Trajectory,
+        motion: Motions | None,
     ) -> BlockPart:
         values = {p.name: p.value for p in model.parameters}
         values |= {name: float(column[0]) for name, column in result.columns.items()}
@@ -182,24 +190,24 @@ class _Runner:
         columns.pop("t")
         scales = {name: _one(value) for name, value in result.scales.items() if result.requested}
         figures = {name: getattr(result, name) for name in MEMBER_FIGURES}
+        selector = replace(self._selector, model=model)
+        ended = len(result.t) == self.plan.samples
         return BlockPart(
             [number],
             {name: columns[name][None] for name in self._selector.written(columns)},
-            self._of_motion(columns, scales),
+            self._of_motion(columns) | selector.reduced(motion, ended=ended),
             self._varied(texts, values),
             scales,
             {name: _one(value) for name, value in figures.items()},
             {name: str(getattr(result, name)) for name in MEMBER_WORDS},
         )
 
-    def _of_motion(
-        self, columns: Mapping[str, Array], scales: Mapping[str, Array]
-    ) -> dict[str, Array]:
+    def _of_motion(self, columns: Mapping[str, Array]) -> dict[str, Array]:
         """Return the numbers to store of a motion, whose columns may end before the last sample."""
         whole = {name: np.full((1, self.plan.samples), np.nan) for name in columns}
         for name, column in columns.items():
             whole[name][0, : len(column)] = column
-        numbers = self._selector.numbers(whole, scales)
+        numbers = self._selector.numbers(whole)
         if self.plan.selection.final:
             names = self._selector.without_reductions(columns)
             numbers |= {f"final/{name}": whole[name][:, -1] for name in names}
@@ -216,12 +224,18 @@ class _Runner:
         return varied
 
     def _simulated(
-        self, member: MemberValues, model: Model, functions: RightHandSide | None
+        self,
+        member: MemberValues,
+        model: Model,
+        functions: RightHandSide | None,
+        times: tuple[float, ...] | None = None,
     ) -> Trajectory:
-        recipe = self.plan.recipe
+        recipe, options = self.plan.recipe, self.plan.options
+        if times is not None:
+            options = replace(options, times=times, until=None, samples=None, step=None)
         return simulate_past_singularities(
             model,
-            self.plan.options,
+            options,
             lambda: recipe.model(member, "multiplier"),
             RunContext(functions),
             formulation=recipe.formulation,
