@@ -5,8 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -22,6 +20,7 @@ from tests.emit import contact_systems as contacts
 from tests.emit import emit_closures as closures
 from tests.emit.emit_systems import T
 from tests.emit.emitted_c import TYPES, WARNINGS, Compiled, compiler, run, write
+from tests.emit.python_programs import run_program
 from tests.emit.test_python_closures import loaded
 from tests.parts import changed
 from tests.systems.shipped import sliced
@@ -181,19 +180,15 @@ class Program:
     def __init__(self, equations, folder, language):
         if language == "Python":
             (text,) = EMITTERS["python"].emit(equations).values()
-            path = folder / "motion.py"
-            path.write_text(text, encoding="utf-8")
-            self.command = [sys.executable, str(path)]
+            self.path = folder / "motion.py"
+            self.path.write_text(text, encoding="utf-8")
         else:
             source = write(equations, folder, main=True)
-            path = folder / "motion"
-            run(compiler(), "-std=c99", "-O2", *WARNINGS, source, "-o", path, "-lm")
-            self.command = [str(path)]
+            self.path = folder / "motion"
+            run(compiler(), "-std=c99", "-O0", *WARNINGS, source, "-o", self.path, "-lm")
 
     def run(self, *arguments):
-        return subprocess.run(
-            [*self.command, *arguments], capture_output=True, text=True, timeout=120
-        )
+        return run_program(self.path, *arguments)
 
     def __call__(self, *arguments):
         """Rows of numbers, and (time, event) of each event."""

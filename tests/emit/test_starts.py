@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import cache
 
 import numpy as np
@@ -16,6 +14,7 @@ from lagrange_cli.scene import read_text
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import WARNINGS, compiler, run, write
+from tests.emit.python_programs import run_program
 from tests.parts import changed
 
 pytestmark = pytest.mark.slow
@@ -39,14 +38,14 @@ def wheel():
 
 def c_program(equations, folder, real="double"):
     source = write(equations, folder, real, main=True)
-    run(compiler(), "-std=c99", *WARNINGS, "-O1", source, "-o", folder / "a.out", "-lm")
-    return [folder / "a.out"]
+    run(compiler(), "-std=c99", *WARNINGS, "-O0", source, "-o", folder / "a.out", "-lm")
+    return folder / "a.out"
 
 
 def python_program(equations, folder):
     ((name, text),) = EMITTERS["python"].emit(equations).items()
     (folder / name).write_text(text, encoding="utf-8")
-    return [sys.executable, folder / name]
+    return folder / name
 
 
 PROGRAMS = {"c": (c_program, 2), "python": (python_program, 1)}
@@ -61,10 +60,7 @@ def build(request, tmp_path):
         program = make(equations, tmp_path)
 
         def started(*arguments):
-            done = subprocess.run(
-                [str(a) for a in [*program, "until=0.01", "steps=1", *arguments]],
-                capture_output=True, text=True, timeout=60, check=False,
-            )  # fmt: skip
+            done = run_program(program, "until=0.01", "steps=1", *arguments)
             assert done.returncode in (0, refused)
             assert (done.stdout == "") == (done.returncode != 0)
             return done.returncode == 0, done.stdout.splitlines(), done.stderr.splitlines()
@@ -195,9 +191,9 @@ def test_nonholonomic_constraints(build):
 @pytest.mark.compiler
 @pytest.mark.parametrize("real", ["float", "long-double"])
 def test_other_number_types(real, tmp_path):
-    (program,) = c_program(wheel(), tmp_path, real)
+    program = c_program(wheel(), tmp_path, real)
     assert len(run(program, "until=0.1").splitlines()) == 502
-    done = subprocess.run([program, "s=1.3"], capture_output=True, text=True, timeout=60)
+    done = run_program(program, "s=1.3")
     assert done.returncode == 2
     assert "by 1 (roll" in done.stderr
 
@@ -205,7 +201,7 @@ def test_other_number_types(real, tmp_path):
 @pytest.mark.compiler
 def test_a_zero_with_rounding_in_float(tmp_path):
     initial = systems.InitialState((2.0, 1e-66), (0.0, -1e-66))
-    (program,) = c_program(changed(closures.pendulum(), initial=initial), tmp_path, "float")
+    program = c_program(changed(closures.pendulum(), initial=initial), tmp_path, "float")
     assert first(run(program, "until=0.1").splitlines()) == [2.0, 0.0, 0.0, 0.0]
 
 
