@@ -9,11 +9,16 @@ from pathlib import Path
 from pkgutil import iter_modules
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import lagrange_cli
 from lagrange_cli import InputError, api, load, loads
+from lagrange_cli.api.analyzed import matrices_of
+from lagrange_cli.api.remembered import SceneSource
+from lagrange_cli.api.remembered_scene import RememberedScene
+from lagrange_cli.api.workspace import Workspace
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.cli.session import Session
 
@@ -158,6 +163,49 @@ def test_formulation_of_the_scene():
     assert scene.derive(formulation=None).equations.system.formulation == "multiplier"
     assert scene.derive().equations.system.formulation == "minimal"
     assert scene.derive().model().defaults.until == 2.0
+
+
+class Noting(Workspace):
+    """A workspace that notes the details it is told."""
+
+    details: list[str]
+
+    def detail(self, text: str) -> None:
+        self.details.append(text)
+
+
+@pytest.mark.usefixtures("cache_folder")
+def test_a_remembered_scene_derives_a_model_once():
+    workspace = Noting()
+    workspace.details = []
+    text = b"parameters: {m: 1}\nparticles: {ball: {mass: m, position: [x, 0, 0]}}\n"
+    source = SceneSource("ball.yaml", text)
+    scene = RememberedScene(workspace, source, {"m": "2"})
+    first, second = scene.model(), scene.model()
+    assert first == second
+    assert [text.split()[0] for text in workspace.details] == ["derived", "from"]
+    assert RememberedScene(workspace, source, {"m": "3"}).model() != first
+
+
+def test_names_of_the_interface_are_there():
+    assert all(hasattr(api, name) for name in api.__all__)
+    assert set(api.__all__) <= set(dir(api))
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = api.nothing
+
+
+def test_matrices_and_written_forms_are_those_of_the_command(tmp_path):
+    pendulum = ROOT / "systems/pendulums/pendulum.yaml"
+    ours, theirs = tmp_path / "ours.npz", tmp_path / "theirs.npz"
+    analysis = load(pendulum).derive().analyze("linearization")
+    analysis.write_matrices(ours)
+    shown = output_of("analyze", pendulum, "--linearization", "-o", theirs)
+    assert analysis.written("text").text() == shown
+    known, wanted = np.load(ours), np.load(theirs)
+    assert sorted(known) == sorted(wanted)
+    assert all((known[name] == wanted[name]).all() for name in wanted)
+    with pytest.raises(InputError, match="no linear system"):
+        matrices_of({"linearization": None, "left_out": [{"reason": "none"}]})
 
 
 @pytest.mark.slow

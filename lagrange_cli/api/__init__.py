@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lagrange_cli.api.motion import cluster_at, methods, sampled
     from lagrange_cli.api.scenes import LoadedScene, load, loads
     from lagrange_cli.api.starter import starter_scene
-    from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed, open_cache
+    from lagrange_cli.cache import Cache, Removed, open_cache
     from lagrange_cli.check import Report, SceneReport, check_paths, scenes_in
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.section.result import Section
 
 __all__ = [
-    "MAX_CACHE_BYTES",
     "Cache",
     "Checkpoint",
     "Cluster",
@@ -68,7 +67,7 @@ _OFFERED = {
     "api.motion": ("cluster_at", "methods", "sampled"),
     "api.scenes": ("LoadedScene", "load", "loads"),
     "api.starter": ("starter_scene",),
-    "cache": ("MAX_CACHE_BYTES", "Cache", "Removed", "open_cache"),
+    "cache": ("Cache", "Removed", "open_cache"),
     "check": ("Report", "SceneReport", "check_paths", "scenes_in"),
     "mechanics.step_values": ("Way",),
     "scene.conditions": ("Formulation",),

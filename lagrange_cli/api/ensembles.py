@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.api.remembered_scene import RememberedMembers
 from lagrange_cli.api.simulations import SimulationRequest
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
 
 if TYPE_CHECKING:
@@ -72,18 +73,13 @@ def plane_of(members: Members, names: tuple[str, ...], plot: str) -> Plane:
     return Plane.of_axes(members, names)
 
 
-def result_endings() -> tuple[str, ...]:
-    """Return the endings of files and stores that an ensemble can be written to."""
-    from lagrange_cli.simulate.ensemble.store.opening import ENDINGS
-
-    return ENDINGS
-
-
-def has_result_ending(output: str) -> bool:
-    """Say whether an ensemble can be written to a file or store of this name."""
+def require_result(output: str) -> None:
+    """Refuse a file or store that no ensemble can be written to, by its name."""
     from lagrange_cli.simulate.ensemble.store import opening
 
-    return opening.ending_of(output) is not None
+    if opening.ending_of(output) is None:
+        message = f"an ensemble is written as {', '.join(opening.ENDINGS)}"
+        raise InputError(Problem(message, hint="-o ensemble.npz", rule="ensemble"))
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.api.remembered import Answer, SceneSource, remembered
 from lagrange_cli.api.workspace import Workspace
@@ -18,14 +17,19 @@ if TYPE_CHECKING:
     from lagrange_cli.api.scenes import LoadedScene
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.scene.conditions import Formulation
+    from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe
     from lagrange_cli.simulate.model.model import Model
     from lagrange_cli.simulate.model.requested_outputs import Reduction, WrittenCondition
+    from lagrange_cli.studies.path.ends import End
     from lagrange_cli.studies.path.models import PathModels
     from lagrange_cli.studies.path.result import Paths
     from lagrange_cli.studies.section.members import SectionModel
     from lagrange_cli.studies.stress.measure import Stress
     from lagrange_cli.studies.tradeoff.result import Trade
+
+#: Models of the motions between two configurations, and these.
+PathProblem: TypeAlias = "tuple[PathModels, End, End]"
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,7 @@ class RememberedScene:
 
     Examples
     --------
+    >>> from lagrange_cli.api.remembered import read_source
     >>> source = read_source("systems/pendulums/pendulum.yaml")
     >>> RememberedScene(Workspace(), source, {"l": "2"}).model().coordinates
     ('theta',)
@@ -73,16 +78,55 @@ class RememberedScene:
     extra: tuple[str, ...] = ()
 
     @property
-    def values(self) -> list[list[tuple[str, str]]]:
-        """Return parameters, initial values and times as a part of questions to the cache."""
-        return [sorted(texts.items()) for texts in (self.parameters, self.initial, self.times)]
+    def key(self) -> list[Any]:
+        """The options as a part of questions to the cache."""
+        values = [sorted(texts.items()) for texts in (self.parameters, self.initial, self.times)]
+        reductions = [reduction.text for reduction in self.reductions]
+        further = self.forces, self.formulation, self.sensitivity, self.steps, self.extra
+        return [*values, *further, reductions]
 
-    def answer(self, command: str, options: Sequence[Any], work: Callable[[], Answer]) -> Any:
-        """Return the answer of a command, kept from before or found by ``work``.
+    def answer(
+        self,
+        command: str,
+        options: Sequence[Any],
+        stage: str,
+        value_of: Callable[[Derivation], Any],
+        *,
+        digits: int = 30,
+        reads_recordings: bool = False,
+        when_read: Callable[[LoadedScene], None] = lambda loaded: None,
+    ) -> Any:
+        """Return a value of the derivation, kept from before or else worked out.
 
-        Parameters and errors are those of :func:`.remembered.remembered`.
+        Parameters
+        ----------
+        command, options
+            The question, beside the scene and its options, as JSON values.
+        stage
+            Phrase for the work on the value.
+        value_of
+            Makes the value, which JSON holds.
+        digits, when_read
+            As for :meth:`derivation`.
+        reads_recordings
+            True if the value depends on what recorded inputs hold; it is not kept if there are any.
+
+        Raises
+        ------
+        InputError
+            The scene cannot be derived, or there are warnings and the workspace refuses them.
         """
-        return remembered(self.workspace, command, self.source, options, work)
+
+        def work() -> Answer:
+            derivation = self.derivation(digits, when_read)
+            announce(stage)
+            known, inputs = derivation.equations.derivation, derivation.equations.system.inputs
+            recorded = any(entry.recording is not None for entry in inputs)
+            lasting = not (reads_recordings and recorded)
+            return Answer(value_of(derivation), known.warnings, known.remarks, lasting)
+
+        question = [*self.key, digits, *options]
+        return remembered(self.workspace, command, self.source, question, work)
 
     def loaded(self) -> LoadedScene:
         """Read the scene; a mistake in it is refused without any mathematics."""
@@ -151,12 +195,10 @@ class RememberedScene:
                 number = len(coordinates) * (1 + len(self.sensitivity))
                 compile_ahead(stepping_source(number), self.workspace.cache)
 
-        def work() -> Answer:
+        def value_of(derivation: Derivation) -> Any:
             from lagrange_cli.simulate.system.library_sources import system_source
             from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
 
-            derivation = self.derivation(when_read=compile_integrators)
-            announce("preparing the simulation")
             if self.reductions:
                 from lagrange_cli.simulate.model.build import model_of
 
@@ -164,11 +206,11 @@ class RememberedScene:
             else:
                 model = derivation.model(self.sensitivity, extra=self.extra)
             compile_ahead(system_source(model.code), self.workspace.cache)
-            return answer_of(derivation, model.to_json())
+            return model.to_json()
 
-        texts = [reduction.text for reduction in self.reductions]
-        asked = [self.forces, self.formulation, self.sensitivity, self.extra, texts]
-        value = self.answer("simulate", [*self.values, *asked], work)
+        value = self.answer(
+            "simulate", (), "preparing the simulation", value_of, when_read=compile_integrators
+        )
         from lagrange_cli.simulate.model.model import Model
 
         return Model.from_json(value)
@@ -176,15 +218,12 @@ class RememberedScene:
     def section_model(self, condition: WrittenCondition) -> SectionModel:
         """Return what a section of the scene is found with."""
 
-        def work() -> Answer:
+        def value_of(derivation: Derivation) -> Any:
             from lagrange_cli.studies.section.members import section_model
 
-            derivation = self.derivation()
-            announce("preparing the section")
-            return answer_of(derivation, section_model(derivation.equations, condition).to_json())
+            return section_model(derivation.equations, condition).to_json()
 
-        question = [*self.values, self.formulation, condition.text]
-        value = self.answer("section", question, work)
+        value = self.answer("section", (condition.text,), "preparing the section", value_of)
         from lagrange_cli.studies.section.members import SectionModel
 
         return SectionModel.from_json(value)
@@ -192,18 +231,16 @@ class RememberedScene:
     def path_models(self) -> PathModels:
         """Return what paths of the scene are found with."""
 
-        def work() -> Answer:
-            derivation = self.derivation()
-            announce("preparing the search")
-            return answer_of(derivation, derivation.path_models().to_json())
+        def value_of(derivation: Derivation) -> Any:
+            return derivation.path_models().to_json()
 
-        value = self.answer("path", [*self.values, self.formulation], work)
+        value = self.answer("path", (), "preparing the search", value_of)
         from lagrange_cli.studies.path.models import PathModels
 
         return PathModels.from_json(value)
 
-    def path_search(self, start: tuple[str, str], end: tuple[str, str]) -> partial[Paths]:
-        """Return :func:`.studies.path.find.find_paths` for two ends, still without its options.
+    def path_problem(self, start: tuple[str, str], end: tuple[str, str]) -> PathProblem:
+        """Return what :meth:`paths` solves: two ends, and models of the motions between them.
 
         Parameters
         ----------
@@ -216,38 +253,84 @@ class RememberedScene:
             Located: an end is not such a text; the motion is not that of stationary action.
         """
         from lagrange_cli.studies.path.ends import read_ends, written_end
-        from lagrange_cli.studies.path.find import find_paths
 
         written = written_end(*start), written_end(*end)
         models = self.path_models()
         ends = read_ends(*written, models.motion.coordinates, lambda: self.loaded().scene)
-        return partial(find_paths, models, *ends, cache=self.workspace.cache)
+        return models, *ends
 
-    def tradeoff(self, model: Model, **options: Any) -> Trade:
-        """Measure speed against accuracy of the motions of :meth:`model`.
+    def paths(
+        self,
+        problem: PathProblem,
+        *,
+        accuracy: float = 1e-9,
+        starts: int = 32,
+        turns: int = 0,
+        samples: int = 101,
+        progress: Callable[[float], None] | None = None,
+    ) -> Paths:
+        """Find the paths between two ends; see :func:`.studies.path.find.find_paths`."""
+        from lagrange_cli.studies.path.find import find_paths
 
-        Options and errors are those of :func:`.studies.tradeoff.measure.trade`.
-        """
+        return find_paths(
+            *problem,
+            accuracy=accuracy,
+            starts=starts,
+            turns=turns,
+            samples=samples,
+            cache=self.workspace.cache,
+            progress=progress,
+        )
+
+    def tradeoff(
+        self,
+        model: Model,
+        *,
+        methods: Sequence[str] | None = None,
+        repeat: int = 20,
+        budget: float = 1.0,
+        progress: Callable[[float], None] | None = None,
+    ) -> Trade:
+        """Measure speed against accuracy of :meth:`model`; see :func:`.tradeoff.measure.trade`."""
         from lagrange_cli.studies.tradeoff.measure import trade
 
-        return trade(model, cache=self.workspace.cache, **options)
+        cache = self.workspace.cache
+        return trade(
+            model, methods=methods, repeat=repeat, budget=budget, cache=cache, progress=progress
+        )
 
-    def stress(self, **options: Any) -> Stress:
-        """Push parameters and the start to extremes, and compare results with references.
-
-        Options and errors are those of :func:`.studies.stress.measure.stress`.
-        """
+    def stress(
+        self,
+        *,
+        axes: Sequence[str] | None = None,
+        accuracy: float | None = None,
+        budget: float = 5.0,
+        jobs: int | None = 1,
+        cluster: Cluster | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Stress:
+        """Push the scene to extremes; see :func:`.studies.stress.measure.stress`."""
         from lagrange_cli.studies.stress.measure import stress
 
-        return stress(self.recipe(), **options)
+        return stress(
+            self.recipe(),
+            axes=axes,
+            accuracy=accuracy,
+            budget=budget,
+            jobs=jobs,
+            cluster=cluster,
+            progress=progress,
+        )
 
-    def recorded_files(self) -> Iterator[str]:
-        """Yield the paths of recorded inputs. Scenes name them by the key ``file``, perhaps
-        escaped: others are not read for it."""
-        if b"file" in self.source.data or b"\\" in self.source.data:
-            for entry in self.loaded().scene.inputs:
-                if entry.recording is not None:
-                    yield entry.recording.path
+    def recorded_files(self) -> list[str]:
+        """Return the paths of recorded inputs, whatever the start and the times are.
+
+        Scenes name them by the key ``file``, perhaps escaped: others are not read for it.
+        """
+        if b"file" not in self.source.data and b"\\" not in self.source.data:
+            return []
+        inputs = replace(self, initial={}, times={}).loaded().scene.inputs
+        return [entry.recording.path for entry in inputs if entry.recording is not None]
 
 
 @dataclass(frozen=True)
@@ -285,14 +368,7 @@ class RememberedMembers:
 
             return Answer(differ_in_numbers(self.recipe, member, model))
 
-        scene = self.scene
         values = [sorted(texts.items()) for texts in (member.parameters, member.initial)]
-        outputs = [*(r.text for r in scene.reductions), self.section and self.section.text]
-        question = [*scene.values, *values, scene.forces, scene.formulation, outputs]
-        return bool(scene.answer("members", question, work))
-
-
-def answer_of(derivation: Derivation, value: Any, *, lasting: bool = True) -> Answer:
-    """Return an answer with the warnings and remarks of its derivation."""
-    known = derivation.equations.derivation
-    return Answer(value, known.warnings, known.remarks, lasting)
+        question = [*self.scene.key, *values, self.section and self.section.text]
+        scene = self.scene
+        return bool(remembered(scene.workspace, "members", scene.source, question, work))

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from lagrange_cli.api.remembered import SceneSource
+from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.api.workspace import Workspace
 from lagrange_cli.errors import InputError
-from lagrange_cli.files import Named, read_bytes, require_apart, same_file
+from lagrange_cli.files import Named, require_apart, same_file
 
 if TYPE_CHECKING:
     from lagrange_cli.api.formats import Emitter
 
 
 def guard(
-    source: SceneSource,
-    parameters: Mapping[str, str],
+    scene: RememberedScene,
     outputs: Mapping[str, str | None],
     table: Mapping[str, str | None] | None = None,
 ) -> None:
@@ -38,22 +37,21 @@ def guard(
         Two files are one; or, if there is any output, the scene cannot be read.
     """
     if writes := _given(outputs):
-        require_apart([*_read_by(source, parameters), *_given(table or {})], writes)
+        require_apart([*_read_by(scene), *_given(table or {})], writes)
 
 
 def _given(files: Mapping[str, str | None]) -> list[Named]:
     return [Named(name, path) for name, path in files.items() if path is not None]
 
 
-def _read_by(source: SceneSource, parameters: Mapping[str, str]) -> list[Named]:
+def _read_by(scene: RememberedScene) -> list[Named]:
     """The scene and the files that it names."""
-    return [Named("the scene", source.path), *_recordings(source, parameters)]
+    return [Named("the scene", scene.source.path), *_recordings(scene)]
 
 
-def _recordings(source: SceneSource, parameters: Mapping[str, str]) -> Iterator[Named]:
-    """Yield the files of recorded inputs."""
-    for path in RememberedScene(Workspace(), source, parameters).recorded_files():
-        yield Named("a recorded input", path)
+def _recordings(scene: RememberedScene) -> list[Named]:
+    """The files of recorded inputs."""
+    return [Named("a recorded input", path) for path in scene.recorded_files()]
 
 
 def checkpoint_files(path: str | None) -> dict[str, str]:
@@ -67,9 +65,7 @@ def checkpoint_files(path: str | None) -> dict[str, str]:
     return {"--checkpoint": path, **named}
 
 
-def guard_folder(
-    folder: str, source: SceneSource, parameters: Mapping[str, str], format_: Emitter
-) -> None:
+def guard_folder(folder: str, scene: RememberedScene, format_: Emitter) -> None:
     """Refuse files that a format would write into a folder in place of what it reads.
 
     Raises
@@ -77,8 +73,7 @@ def guard_folder(
     InputError
         One of them would replace the scene, or a file that it names.
     """
-    reads = _read_by(source, parameters)
-    scene = RememberedScene(Workspace(), source, parameters)
+    reads = _read_by(scene)
     for path in _files(folder, format_.extensions):
         read = [named for named in reads if same_file(path, named.path)]
         if read and os.path.basename(path) in format_.files(scene.loaded().scene.name):
@@ -109,5 +104,5 @@ def guard_scenes(
     for path in paths:
         with suppress(InputError):
             if path != "-":
-                reads.extend(_recordings(SceneSource(path, read_bytes(path)), parameters))
+                reads += _recordings(RememberedScene(Workspace(), read_source(path), parameters))
     require_apart(reads, writes)

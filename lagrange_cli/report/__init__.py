@@ -4,13 +4,13 @@ In go the values that the rooms below work out (a trajectory, a measured trade, 
 check), out come texts; nothing is computed here and nothing is printed. One module a command,
 named like it, each with a table ``FORMATS`` from the name of a format to the function that
 writes it. Tables and JSON text are those of :mod:`.tables`; read :mod:`.simulate`
-first. Reports of a few lines stand beside their command.
+first.
 
 The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, which the Python
 interface and documents use too; it is a :class:`Page` like the reports of all others.
 """
 
-from lagrange_cli.notation.page import UNBROKEN, USUAL_WIDTH, Page, Paint, Role, Row, page
+from lagrange_cli.notation.page import UNBROKEN, USUAL_WIDTH, Page, Paint, Role
 
 __all__ = [
     "UNBROKEN",
@@ -18,11 +18,10 @@ __all__ = [
     "Page",
     "Paint",
     "Role",
-    "Row",
     "check",
     "ensemble",
     "fit",
-    "page",
+    "listings",
     "path",
     "section",
     "simulate",

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.api.formats import ANALYZED, completed
-from lagrange_cli.api.remembered import Answer, read_source
-from lagrange_cli.api.remembered_scene import RememberedScene, answer_of
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.commands.analysis_request import AnalysisPictures, AnalysisRequest
 from lagrange_cli.cli.guard import guard
@@ -23,6 +23,7 @@ from lagrange_cli.report import USUAL_WIDTH, Page
 from lagrange_cli.report.tables import json_text
 
 if TYPE_CHECKING:
+    from lagrange_cli.api import Derivation
     from lagrange_cli.api.analyzed import Analyzed
 
 #: Name of a format → ending of its files.
@@ -156,9 +157,8 @@ def analyze(
 ) -> None:
     """Analyze the equations of motion of SCENE, a YAML file or - for standard input."""
     session: Session = ctx.obj
-    source = read_source(scene)
-    outputs = {"-o": output, "--plot": plot, "--animate": animate, "--loci": loci}
-    guard(source, parameters, outputs)
+    asked = RememberedScene(session, read_source(scene), parameters)
+    guard(asked, {"-o": output, "--plot": plot, "--animate": animate, "--loci": loci})
     named = {
         "symmetries": symmetries,
         "equilibria": equilibria,
@@ -181,21 +181,18 @@ def analyze(
     form = _Form.of("json" if as_json else format_, output, ascii_only, chosen)
     if form.ending == ".npz":
         request.require_linear_system(linearization=linearization)
-    asked = RememberedScene(session, source, parameters)
     branch_pictures = {name: ending_of(path) for name, path in pictures.of_branches.items()}
 
-    def work() -> Answer:
-        derivation = asked.derivation()
+    def analyzed(derivation: Derivation) -> Any:
         analysis = request.analysis(derivation, session)
         answer = {"report": analysis.report(), "shown": form.written(analysis)}
         for name, ending in branch_pictures.items():
             drawing = analysis.drawn(ending.lstrip("."), loci=name == "loci")
             answer[name] = base64.b64encode(drawing).decode()
-        recorded = any(u.recording is not None for u in derivation.equations.system.inputs)
-        return answer_of(derivation, answer, lasting=not (request.of_motions and recorded))
+        return answer
 
-    question = astuple(request), list(parameters.items()), branch_pictures, form.key
-    value = asked.answer("analyze", question, work)
+    question = astuple(request), branch_pictures, form.key
+    value = asked.answer("analyze", question, "", analyzed, reads_recordings=request.of_motions)
     for name, path in pictures.of_branches.items():
         write_file(path, base64.b64decode(value[name]))
     if replace(pictures, diagram=None, loci=None) != AnalysisPictures():

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.api.formats import DERIVED, FORMS, completed
-from lagrange_cli.api.remembered import Answer, read_source
-from lagrange_cli.api.remembered_scene import RememberedScene, answer_of
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import deliver, page_encoding
 from lagrange_cli.report import USUAL_WIDTH, Page
-from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
-    from lagrange_cli.api import Formulation, Way
+    from lagrange_cli.api import Derivation, Formulation, Way
 
 
 @click.command(cls=Command)
@@ -94,8 +94,8 @@ def derive(
     **chosen: str | bool | None,
 ) -> None:
     """Derive the equations of motion of SCENE, a YAML file or - for standard input."""
-    source = read_source(scene)
-    guard(source, parameters, {"-o": output, "--plot": plot})
+    asked = RememberedScene(session, read_source(scene), parameters)
+    guard(asked, {"-o": output, "--plot": plot})
     if plot is not None and form != "routhian":
         raise click.UsageError("--plot draws an effective potential: --form routhian has one")
     if brackets and form != "hamiltonian":
@@ -112,21 +112,17 @@ def derive(
     way = options.way_of(steps, by)
     form = "lagrange" if form == "multiplier" else form
 
-    asked = RememberedScene(
-        session, source, parameters, forces=forces, formulation=formulation, steps=way
-    )
+    asked = replace(asked, forces=forces, formulation=formulation, steps=way)
 
-    def work() -> Answer:
-        derivation = asked.derivation(digits).with_brackets(*brackets)
-        announce("writing the derivation")
-        written = derivation.written(
+    def written(derivation: Derivation) -> Any:
+        content = derivation.with_brackets(*brackets).written(
             format_, form=form, ascii=ascii_only, encoding=encoding, **written_with
         )
-        return answer_of(derivation, written.to_json() if isinstance(written, Page) else written)
+        return content.to_json() if isinstance(content, Page) else content
 
-    said = brackets, format_, form, formulation, forces, way, digits, ascii_only, encoding
-    question = (*said, list(parameters.items()), sorted(written_with.items()))
-    result = asked.answer("derive", question, work)
+    question = brackets, format_, form, ascii_only, encoding, sorted(written_with.items())
+    stage = "writing the derivation"
+    result = asked.answer("derive", question, stage, written, digits=digits)
     if plot is not None:
         session.remark(asked.derivation(digits).plot_effective_potential(plot))
     # A page is kept as it was before its lines were broken: windows differ in width.

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.api.formats import EMITTERS, Emitter
-from lagrange_cli.api.remembered import Answer, read_source
-from lagrange_cli.api.remembered_scene import RememberedScene, answer_of
+from lagrange_cli.api.remembered import read_source
+from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.files import write_files
-from lagrange_cli.report import Page, page
-from lagrange_cli.report.tables import TableColumn, table
-from lagrange_cli.stages import announce
+from lagrange_cli.report.listings import listed_formats
 
 if TYPE_CHECKING:
-    from lagrange_cli.api import Formulation, Way
+    from lagrange_cli.api import Derivation, Formulation, Way
 
 
 def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
@@ -100,43 +97,26 @@ def emit(
     format_options = {name: value for name, value in chosen.items() if value is not None}
     format_.complete(format_options)
     forces = options.asks_for_forces(format_options)
-    source = read_source(scene)
-    if output is not None:
-        guard_folder(output, source, parameters, format_)
-
     asked = RememberedScene(
-        session, source, parameters, forces=forces, formulation=formulation, steps=way
+        session,
+        read_source(scene),
+        parameters,
+        forces=forces,
+        formulation=formulation,
+        steps=way,
     )
+    if output is not None:
+        guard_folder(output, asked, format_)
 
-    def work() -> Answer:
-        derivation = asked.derivation()
-        equations = derivation.equations
-        announce(f"writing {format_.title}")
-        recorded = any(u.recording is not None for u in equations.system.inputs)
-        value = {
-            "name": equations.presentation.name,
-            "files": derivation.emit(to, **format_options),
-        }
-        return answer_of(derivation, value, lasting=not recorded)
+    def emitted(derivation: Derivation) -> Any:
+        name = derivation.equations.presentation.name
+        return {"name": name, "files": derivation.emit(to, **format_options)}
 
-    question = (to, formulation, way, sorted(format_options.items()), list(parameters.items()))
-    answer = asked.answer("emit", question, work)
+    question, stage = (to, sorted(format_options.items())), f"writing {format_.title}"
+    answer = asked.answer("emit", question, stage, emitted, reads_recordings=True)
     if output is None:
         print_text("".join(answer["files"].values()))
         return
     for path in write_files(output, answer["files"]):
         session.remark(f"wrote {path}")
     session.tell((), format_.renamed(answer["name"]))
-
-
-#: Name, files, title.
-_FORMATS = (TableColumn(before=""), TableColumn("", 0), TableColumn())
-
-
-def listed_formats(emitters: Mapping[str, Emitter]) -> Page:
-    """One format a line: its name, the files it writes, its title."""
-    rows = [
-        [name, ", ".join("NAME" + e for e in emitter.extensions), emitter.title]
-        for name, emitter in emitters.items()
-    ]
-    return page([table(_FORMATS, rows, heading=False)])

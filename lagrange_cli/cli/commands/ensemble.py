@@ -268,10 +268,10 @@ def chosen_members(choice: MemberChoice) -> Members:
 
 
 def _members(choice: MemberChoice, output: str | None) -> Members:
-    from lagrange_cli.api.ensembles import has_result_ending, result_endings
+    from lagrange_cli.api.ensembles import require_result
 
-    if output is not None and not has_result_ending(output):
-        raise _usage(f"an ensemble is written as {', '.join(result_endings())}", "-o ensemble.npz")
+    if output is not None:
+        require_result(output)
     if choice.resume and output is None:
         raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
     return chosen_members(choice)

@@ -59,9 +59,10 @@ def fit(
     one of standard deviations, sigma(NAME). Cells without a measurement are empty.
     """
     session = ctx.ensure_object(Session)
-    source = read_source(scene)
-    guard(source, parameters, {"-o": output, "--plot": plot}, {"the measurements": data})
-    asked = RememberedScene(session, source, parameters, initial, formulation=formulation)
+    asked = RememberedScene(
+        session, read_source(scene), parameters, initial, formulation=formulation
+    )
+    guard(asked, {"-o": output, "--plot": plot}, {"the measurements": data})
     derivation = asked.derivation()
     with session.progress("fitting") as move:
         fitted = derivation.fit(data, free, accuracy=accuracy, progress=move)

@@ -87,12 +87,18 @@ def path(
     """Find the paths of SCENE, a YAML file or - for standard input, that make the action
     stationary between two configurations at two times, and certify them by simulation."""
     session = ctx.ensure_object(Session)
-    source = read_source(scene)
-    guard(source, parameters, {"-o": output, "--plot": plot})
-    asked = RememberedScene(session, source, parameters, formulation="auto")
-    find = asked.path_search((start, "--from"), (end, "--to"))
+    asked = RememberedScene(session, read_source(scene), parameters, formulation="auto")
+    guard(asked, {"-o": output, "--plot": plot})
+    problem = asked.path_problem((start, "--from"), (end, "--to"))
     with session.progress("searching") as move:
-        paths = find(accuracy=accuracy, starts=starts, turns=turns, samples=samples, progress=move)
+        paths = asked.paths(
+            problem,
+            accuracy=accuracy,
+            starts=starts,
+            turns=turns,
+            samples=samples,
+            progress=move,
+        )
     session.explain_code()
     if output is not None:
         paths.write(output)

@@ -185,10 +185,12 @@ def simulate(
     if until is not None and _DECIMAL.fullmatch(until):
         # A plain number changes nothing of the model, so that one from before can be used.
         chosen["until"] = float(times.pop("until"))
-    source = read_source(scene)
+    asked_scene = RememberedScene(
+        session, read_source(scene), parameters, initial, times, formulation=formulation
+    )
     state = checkpoint if resume is None else resume
     outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
-    guard(source, parameters, outputs, {"the ensemble": member_file})
+    guard(asked_scene, outputs, {"the ensemble": member_file})
     about_members = {name: chosen.pop(name) for name in ensemble.MEMBER_OPTIONS}
     # A section has a picture of its own, beside which a map is refused.
     drawn = plot if section is None or about_members["map_names"] else None
@@ -204,20 +206,18 @@ def simulate(
     if extra and (members is not None or sensitivity):
         other_run = "--sensitivity" if sensitivity else "an ensemble"
         raise click.UsageError(f"--with {extra[0]} is of one motion, without {other_run}")
-    scene_asked = RememberedScene(
-        session, source, parameters, initial, times, forces, formulation, sensitivity, extra=extra
-    )
+    asked_scene = replace(asked_scene, forces=forces, sensitivity=sensitivity, extra=extra)
     if plot_of is not None and plot is None:
         raise click.UsageError("--plot-of needs --plot FILE")
     files = columns, output, plot, plot_of
-    asked = SimulationRequest(scene_asked, SimulationOptions(**chosen), *files)
+    asked = SimulationRequest(asked_scene, SimulationOptions(**chosen), *files)
     if section is not None:
         sections.require_fit(asked, members, resume, checkpoint)
         ctx.exit(sections.find_section(session, section, members, asked, as_json=as_json))
     if members is not None:
         with sole_writer(output):
             ctx.exit(ensemble.simulate_ensemble(session, members, asked, as_json=as_json))
-    with scene_asked.compilations_ahead():
+    with asked_scene.compilations_ahead():
         state_file = _checkpoint(checkpoint, resume)
         ctx.exit(_simulate_one(session, asked, state_file, started, as_json=as_json))
 

@@ -74,10 +74,11 @@ def stress(
     """Push the parameters and the start of SCENE, a YAML file or - for standard input, to
     extremes, and compare every result with a reference."""
     session = ctx.ensure_object(Session)
-    source = read_source(scene)
-    guard(source, parameters, {"-o": output})
     times = {} if until is None else {"until": until}
-    asked = RememberedScene(session, source, parameters, initial, times, formulation=formulation)
+    asked = RememberedScene(
+        session, read_source(scene), parameters, initial, times, formulation=formulation
+    )
+    guard(asked, {"-o": output})
     with (
         engines.cluster(session, scheduler, jobs) as cluster,
         session.progress("stressing") as move,

@@ -68,10 +68,11 @@ def tradeoff(
     """Run SCENE, a YAML file or - for standard input, with methods × tolerances, and compare
     their errors with what they cost."""
     session = ctx.ensure_object(Session)
-    source = read_source(scene)
-    guard(source, parameters, {"-o": output, "--plot": plot})
     times = {} if until is None else {"until": until}
-    asked = RememberedScene(session, source, parameters, initial, times, formulation=formulation)
+    asked = RememberedScene(
+        session, read_source(scene), parameters, initial, times, formulation=formulation
+    )
+    guard(asked, {"-o": output, "--plot": plot})
     model = asked.model()
     with session.progress("measuring") as move:
         measured = asked.tradeoff(
