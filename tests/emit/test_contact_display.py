@@ -48,8 +48,8 @@ def equations(text: str = BEAD, forces: bool = False) -> Equations:
 def test_account_and_contacts() -> None:
     lines = derivation_text(equations(), width=100).splitlines()
     assert "Degrees of freedom   3N = 3, K = 1, DOF = 2, 2 one-sided constraints" in lines
-    assert "  sphere   x^2 + z^2 >= R^2   (one-sided, restitution e/2)" in lines
-    assert "  rope     (x - t)^2 + z^2 <= 9*R^2   (one-sided; depends on t)" in lines
+    assert "  sphere   x^2 + z^2 >= R^2   (one-sided, scleronomic; restitution e/2)" in lines
+    assert "  rope     (x - t)^2 + z^2 <= 9*R^2   (one-sided, rheonomic)" in lines
     start = lines.index("Contacts")
     assert lines[start : start + 6] == [
         "Contacts",

@@ -34,6 +34,7 @@ Degrees of freedom   3N = 6, K = 4, DOF = 2
   table   z1 = 0
   plumb   x2 = 0, y2 = 0
   rope    r - z2 = l
+  (all)   holonomic, scleronomic
 Coordinates   r, θ        x1 = r cos θ   y1 = r sin θ   z2 = r - l
 
 T = ½ M (ṙ² + r² θ̇²) + ½ m ṙ²
@@ -56,6 +57,7 @@ bead_on_parabola: Bead sliding on a parabola
 Degrees of freedom   3N = 3, K = 2, DOF = 1
   plane   y = 0
   wire    z = a*x^2
+  (all)   holonomic, scleronomic
 Coordinates   x        z = a*x^2
 
 T = 1/2*m*(1 + 4*a^2*x^2)*dot(x)^2
@@ -147,11 +149,12 @@ def test_account_wording():
     )
     text = derivation_text(changed(masses, account=account))
     assert "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 2\n" in text
-    assert "  rod         x^2 + z^2 = l^2   (satisfied by the definitions)\n" in text
-    assert "  again       z1 = 0   (redundant, implied by table, rope)\n" in text
-    assert "  drive       x = A*cos(t)   (depends on t)\n" in text
-    assert "  (implied)   2 constraints built into the positions\n" in text
     assert "Coordinates   r, θ   (chosen automatically)" in text
+    text = " ".join(text.split())
+    assert "rod x^2 + z^2 = l^2 (satisfied by the definitions; holonomic, scleronomic)" in text
+    assert "again z1 = 0 (redundant, implied by table, rope; holonomic, scleronomic)" in text
+    assert "drive x = A*cos(t) (holonomic, rheonomic)" in text
+    assert "(implied) 2 constraints built into the positions; holonomic, scleronomic" in text
 
 
 def test_forces_and_dissipation():

@@ -19,7 +19,7 @@ from lagrange_cli.emit.phrases.equations import (
     undecided,
 )
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
-from lagrange_cli.emit.steps.writer import start_sentence
+from lagrange_cli.emit.steps.writer import angular_momentum_sentence, start_sentence
 from lagrange_cli.mechanics.families.forms import FamilyRow
 
 if TYPE_CHECKING:
@@ -100,6 +100,10 @@ def conserved(
         heading,
         Words(say("{text}:", text=listed[:1].upper() + listed[1:])),
         formulas(rows, result=True),
+        *(
+            angular_momentum_sentence(writer, quantity, _symbol(writer, quantity))
+            for quantity in equations.derivation.conserved
+        ),
         start_sentence(writer, lambda quantity: _symbol(writer, quantity)),
         doubts,
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.phrases.equations import (
+    common_kind,
     counting,
     implied_line,
     telling_definitions,
@@ -67,20 +68,22 @@ def _counted(writer: DocumentWriter, phrase: str) -> str:
 def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     """Return the constraints as the scene writes them, with what is to be said of each."""
     say, letters, account = writer.say, writer.letters, writer.equations.derivation.account
-    implied = implied_line(account, say)
+    implied, kind = implied_line(writer.equations, say), common_kind(writer.equations, say)
     if not account.lines:
         if implied or alone:
             yield Words(say("There are {listed}.", listed=implied) if implied else say("None."))
         return
     items = []
-    for name, equations, status in account_lines(account.lines, writer.families, say):
+    for name, equations, status in account_lines(writer.equations, writer.families, say):
         written = ", ".join(_statement(writer, text, ranges) for text, ranges in equations)
         remark = letters.words(status)
         item = say("{name}: {value}", name=letters.words(name), value=written)
         items.append(f"{item} ({remark})" if remark else item)
     if not alone:
         yield Words(say("Constraints:"))
-    yield Bullets((*items, *([implied] if implied else [])))
+    items += [implied] if implied else []
+    items += [say("{name}: {value}", name=say("all"), value=kind)] if kind else []
+    yield Bullets(tuple(items))
 
 
 def _statement(writer: DocumentWriter, text: str, ranges: Sequence[Range]) -> str:

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import Equations, ShownEquation
     from lagrange_cli.mechanics.findings import (
-        Account,
         Certificate,
         Conserved,
         ConstraintLine,
@@ -186,8 +185,8 @@ def choice_line(equations: Equations, say: Language = ENGLISH) -> str:
     )
 
 
-def remark_on(line: ConstraintLine, say: Language = ENGLISH) -> str:
-    """Describe the status of a constraint; empty for an ordinary one."""
+def remark_on(line: ConstraintLine, say: Language = ENGLISH, *, classified: bool = False) -> str:
+    """Describe the status of a constraint, with its kind if ``classified``."""
     remarks = []
     part = say(" on a part of the configurations") if line.on_a_part else ""
     if line.status == "satisfied":
@@ -196,23 +195,50 @@ def remark_on(line: ConstraintLine, say: Language = ENGLISH) -> str:
         others = ", ".join(line.implied_by)
         implied = say("redundant, implied by {listed}", listed=others) + part
         remarks.append(implied if others else say("redundant"))
-    elif line.status == "unilateral":
-        elastic = say(", restitution {value}", value=line.restitution) if line.restitution else ""
-        remarks.append(say("one-sided") + elastic)
-    if line.rheonomic:
-        remarks.append(say("depends on t"))
+    if classified:
+        remarks.append(", ".join(say(word) for word in _kind(line)))
+    if line.status == "unilateral" and line.restitution:
+        remarks.append(say("restitution {value}", value=line.restitution))
     return "; ".join(remarks)
 
 
-def implied_line(account: Account, say: Language = ENGLISH) -> str:
+def _kind(line: ConstraintLine) -> tuple[str, str]:
+    """Class of a constraint by what it restricts, and by t."""
+    restricts = {"nonholonomic": "nonholonomic", "unilateral": "one-sided"}
+    time = "rheonomic" if line.rheonomic else "scleronomic"
+    return restricts.get(line.status, "holonomic"), time
+
+
+def implied_kind(equations: Equations) -> tuple[str, ...]:
+    """Class of the constraints that the positions imply, as far as it is known."""
+    if not equations.derivation.facts.rheonomic:
+        return ("holonomic", "scleronomic")
+    is_stated = any(line.rheonomic for line in equations.derivation.account.lines)
+    return ("holonomic",) if is_stated else ("holonomic", "rheonomic")
+
+
+def common_kind(equations: Equations, say: Language = ENGLISH) -> str:
+    """``holonomic, scleronomic`` where all of several constraints are so; else empty."""
+    account = equations.derivation.account
+    kinds: list[tuple[str, ...]] = [_kind(line) for line in account.lines]
+    kinds += [implied_kind(equations)] if account.implied else []
+    is_common = len(kinds) > 1 and len(set(kinds)) == 1
+    return ", ".join(say(word) for word in kinds[0]) if is_common else ""
+
+
+def implied_line(equations: Equations, say: Language = ENGLISH) -> str:
     """Count the constraints that the positions imply and the scene does not state, or return ""."""
+    account = equations.derivation.account
     if not account.implied:
         return ""
-    return say.counted(
+    counted = say.counted(
         account.implied,
         "{count} constraint built into the positions",
         "{count} constraints built into the positions",
     )
+    if common_kind(equations):
+        return counted
+    return f"{counted}; {', '.join(say(word) for word in implied_kind(equations))}"
 
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:

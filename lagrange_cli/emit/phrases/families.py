@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.emit.phrases.equations import remark_on
+from lagrange_cli.emit.phrases.equations import common_kind, remark_on
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.families import Families, FamilyName
     from lagrange_cli.mechanics.families.forms import FamilyRow, Range
-    from lagrange_cli.mechanics.findings import ConstraintLine
     from lagrange_cli.mechanics.system import Coordinate
 
 
@@ -60,20 +60,22 @@ AccountLine: TypeAlias = "tuple[str, list[tuple[str, tuple[Range, ...]]], str]"
 
 
 def account_lines(
-    lines: Sequence[ConstraintLine], families: Families | None, say: Language = ENGLISH
+    equations: Equations, families: Families | None, say: Language = ENGLISH
 ) -> list[AccountLine]:
     """Constraints of the account; those that are alike but for their indices are one line."""
+    lines = equations.derivation.account.lines
+    remark_of = partial(remark_on, say=say, classified=not common_kind(equations))
     if families is None:
-        return [(c.name, [(e, ()) for e in c.equations], remark_on(c, say)) for c in lines]
+        return [(c.name, [(e, ()) for e in c.equations], remark_of(c)) for c in lines]
     account: list[AccountLine] = []
     # Neither names nor equations nor remarks hold line breaks.
-    whole = ["\n".join((c.name, *c.equations, remark_on(c, say))) for c in lines]
+    whole = ["\n".join((c.name, *c.equations, remark_of(c))) for c in lines]
     for text in families.texts(whole):
-        name, *equations, remark = text.text.split("\n")
+        name, *statements, remark = text.text.split("\n")
         if text.ranges:
-            account.append((name, [(e, text.ranges) for e in equations], remark))
+            account.append((name, [(e, text.ranges) for e in statements], remark))
         else:
-            shown = families.texts(equations)
+            shown = families.texts(statements)
             account.append((name, [(t.text, t.ranges) for t in shown], remark))
     return account
 

@@ -73,9 +73,13 @@ FRENCH = {
     "redundant": "redondante",
     "redundant, implied by {listed}": "redondante, impliquée par {listed}",
     "one-sided": "unilatérale",
-    ", restitution {value}": ", coefficient de restitution {value}",
     "restitution {value}": "restitution {value}",
-    "depends on t": "dépend de t",
+    "nonholonomic": "non holonome",
+    "holonomic": "holonome",
+    "scleronomic": "scléronome",
+    "rheonomic": "rhéonome",
+    "(all)": "(toutes)",
+    "all": "toutes",
     "Coordinates": "Coordonnées",
     "(chosen automatically)": "(choisies automatiquement)",
     "Generalized coordinate: {listed}.": "Coordonnée généralisée\u00a0: {listed}.",
@@ -257,6 +261,10 @@ FRENCH = {
     "among cyclic momenta and energy": "parmi les impulsions cycliques et l'énergie",
     "No cyclic momentum is conserved, and neither is the energy.": (
         "Aucune impulsion cyclique n'est conservée, et l'énergie ne l'est pas non plus."
+    ),
+    "angular momentum about the {axis} axis": "moment cinétique autour de l'axe {axis}",
+    "{momentum} is the angular momentum about the {axis} axis.": (
+        "{momentum} est le moment cinétique autour de l'axe {axis}."
     ),
     "{name} is cyclic": "{name} est cyclique",
     "{lagrangian} does not depend on {time}": "{lagrangian} ne dépend pas de {time}",

@@ -75,9 +75,13 @@ GERMAN = {
     "redundant": "überzählig",
     "redundant, implied by {listed}": "überzählig, folgt aus {listed}",
     "one-sided": "einseitig",
-    ", restitution {value}": ", Stoßzahl {value}",
     "restitution {value}": "Stoßzahl {value}",
-    "depends on t": "hängt von t ab",
+    "nonholonomic": "nichtholonom",
+    "holonomic": "holonom",
+    "scleronomic": "skleronom",
+    "rheonomic": "rheonom",
+    "(all)": "(alle)",
+    "all": "alle",
     "Coordinates": "Koordinaten",
     "(chosen automatically)": "(selbsttätig gewählt)",
     "Generalized coordinate: {listed}.": "Generalisierte Koordinate: {listed}.",
@@ -258,6 +262,10 @@ GERMAN = {
     "among cyclic momenta and energy": "unter zyklischen Impulsen und Energie",
     "No cyclic momentum is conserved, and neither is the energy.": (
         "Kein zyklischer Impuls ist erhalten und auch die Energie nicht."
+    ),
+    "angular momentum about the {axis} axis": "Drehimpuls um die {axis}-Achse",
+    "{momentum} is the angular momentum about the {axis} axis.": (
+        "{momentum} ist der Drehimpuls um die {axis}-Achse."
     ),
     "{name} is cyclic": "{name} ist zyklisch",
     "{lagrangian} does not depend on {time}": "{lagrangian} hängt nicht von {time} ab",

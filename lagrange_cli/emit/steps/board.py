@@ -19,7 +19,11 @@ from lagrange_cli.emit.steps import (
     particles,
 )
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas, section
-from lagrange_cli.emit.steps.writer import StepsWriter, start_sentence
+from lagrange_cli.emit.steps.writer import (
+    StepsWriter,
+    angular_momentum_sentence,
+    start_sentence,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
@@ -78,6 +82,9 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
         label = letters.below("p", writer.coordinate(c))
         row = writer.row(label, conserved[c.name].expression)
         yield formulas([replace(row, middle=momentum)], result=True)
+        sentence = angular_momentum_sentence(writer, conserved[c.name], label)
+        if sentence is not None:
+            yield sentence
 
 
 def _energy(writer: StepsWriter) -> Iterator[Block]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
 from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
 from lagrange_cli.emit.phrases.equations import free_letter, quantity_labels
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
@@ -208,6 +209,15 @@ def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Words 
     ]
     sentence = writer.say("At the start {values}.", values=", ".join(values))
     return Words(sentence) if values else None
+
+
+def angular_momentum_sentence(writer: Writer, quantity: Conserved, letter: str) -> Words | None:
+    """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
+    axis = angular_momentum_axis(writer.equations, quantity)
+    if axis is None:
+        return None
+    named = {"momentum": writer.letters.inline(letter), "axis": writer.letters.inline(axis)}
+    return Words(writer.say("{momentum} is the angular momentum about the {axis} axis.", **named))
 
 
 def displacement(coordinate: Coordinate) -> Symbol:

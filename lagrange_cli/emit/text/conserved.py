@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
 from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
 from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
 from lagrange_cli.emit.phrases.equations import (
@@ -144,4 +145,8 @@ def reason_of(writer: TextWriter, quantity: Conserved, subject: str = "") -> str
     if not subject and quantity.coordinate is not None:
         subject = writer.printer.symbol(quantity.coordinate)
     subject = subject or quantity_labels(writer.equations)["L"]
-    return conserved_reason(writer.equations, quantity, subject, "t", writer.say)
+    reason = conserved_reason(writer.equations, quantity, subject, "t", writer.say)
+    axis = angular_momentum_axis(writer.equations, quantity)
+    if axis is None:
+        return reason
+    return f"{reason}; {writer.say('angular momentum about the {axis} axis', axis=axis)}"

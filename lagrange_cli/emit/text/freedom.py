@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.initial_state import exact_value
 from lagrange_cli.emit.phrases.equations import (
     choice_line,
+    common_kind,
     counting,
     implied_line,
     telling_definitions,
@@ -97,9 +98,8 @@ def singular(writer: TextWriter) -> Iterator[Row]:
 
 
 def constraints(writer: TextWriter) -> Iterator[Row]:
-    account = writer.equations.derivation.account
     rows = []
-    for name, equations, remark in account_lines(account.lines, writer.families, writer.say):
+    for name, equations, remark in account_lines(writer.equations, writer.families, writer.say):
         ends = [*("," for _ in equations[1:]), ""]
         pieces: list[Piece] = []
         for (text, ranges), end in zip(equations, ends, strict=True):
@@ -110,8 +110,9 @@ def constraints(writer: TextWriter) -> Iterator[Row]:
                 pieces.append(replace(span, lead="  ", text=span.text + end))
         pieces[0] = replace(pieces[0], separator="")
         rows.append((name, (*pieces, *remark_pieces(escape_controls(remark)))))
-    if account.implied:
-        rows.append((writer.say("(implied)"), words(implied_line(account, writer.say))))
+    implied, kind = (f(writer.equations, writer.say) for f in (implied_line, common_kind))
+    rows += [(writer.say("(implied)"), words(implied))] if implied else []
+    rows += [(writer.say("(all)"), words(kind))] if kind else []
     width = max((len(name) for name, _ in rows), default=0)
     for name, shown in rows:
         yield Row(f"  {name}", " " * (width - len(name) + 3), shown, "name")

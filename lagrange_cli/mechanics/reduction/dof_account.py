@@ -138,7 +138,10 @@ def with_velocities(
     names = {levels[k].constraint for k in independent.numbers}
     integrable = independent.integrable == len(independent.numbers)
 
+    moving = {x.constraint for x in levels if _holds_time(x)}
+
     def line(line: ConstraintLine) -> ConstraintLine:
+        line = replace(line, rheonomic=line.rheonomic or line.name in moving)
         if line.name in names:
             return line if integrable else replace(line, status="nonholonomic")
         if line.name in redundant:
@@ -398,6 +401,11 @@ def _lines(
             )
         )
     return lines
+
+
+def _holds_time(level: VelocityConstraint) -> bool:
+    """Tell whether t stands in a constraint on velocities."""
+    return any(s.name == "t" for s in (level.left - level.right).free_symbols)
 
 
 def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
