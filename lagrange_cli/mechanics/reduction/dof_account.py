@@ -319,12 +319,12 @@ def _further(names: Names) -> set[sp.Symbol]:
 
 def _placing(geometry: Geometry) -> set[sp.Symbol]:
     """Dependent names in positions of particles."""
-    given, seen = geometry.names.given, set[sp.Symbol]()
-    pending = [s for s in geometry.positions if s in given]
+    definitions, seen = geometry.names.given, set[sp.Symbol]()
+    pending = [s for s in geometry.positions if s in definitions]
     while pending:
-        fresh = symbols_in(given[pending.pop()]) - seen
+        fresh = symbols_in(definitions[pending.pop()]) - seen
         seen |= fresh
-        pending += [s for s in fresh if s in given]
+        pending += [s for s in fresh if s in definitions]
     return seen.intersection(geometry.names.dependent)
 
 
