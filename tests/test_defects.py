@@ -9,6 +9,7 @@ import json
 import math
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -204,3 +205,33 @@ def test_a_constraint_that_definitions_satisfy_on_a_part() -> None:
 def test_what_has_no_value_at_rest_is_no_internal_error(name: str, words: tuple[str, ...]) -> None:
     command, *options = words
     assert lagrange(command, str(DEFECTS / f"{name}.yaml"), *options).returncode == 0
+
+
+@pytest.mark.slow
+def test_fits_of_many_measurements_take_little_memory(tmp_path: Path) -> None:
+    # All singular vectors of 50,000 rows would take 20 gigabytes.
+    times = [k / 10_000 for k in range(50_000)]
+    rate = math.sqrt(4 - 0.05**2)
+    swing = (
+        math.exp(-0.05 * t) * (math.cos(rate * t) + 0.05 / rate * math.sin(rate * t)) for t in times
+    )
+    rows = [f"{t},{x!r}" for t, x in zip(times, swing, strict=True)]
+    data = tmp_path / "data.csv"
+    data.write_text("\n".join(["t,x", *rows]), encoding="utf-8")
+    (stiffness,) = derived("fit_out_of_memory").fit(data, ["k"]).values
+    assert stiffness.value == pytest.approx(4, abs=1e-8)
+
+
+@pytest.mark.slow
+def test_pictures_with_control_characters_are_well_formed(tmp_path: Path) -> None:
+    scene, picture = DEFECTS / "plot_svg_not_wellformed.yaml", tmp_path / "p.svg"
+    assert lagrange("simulate", str(scene), "--plot", str(picture)).returncode == 0
+    assert ElementTree.parse(picture).getroot().tag.endswith("svg")
+
+
+@pytest.mark.slow
+def test_late_times_need_wider_arithmetic() -> None:
+    found = moved("late_time_blow_up", accuracy=1e-6)
+    assert found.status == "ok"
+    # The closed form in 30 digits.
+    assert found.state["x"] == pytest.approx(0.157266353581627, abs=1e-6)

@@ -161,6 +161,11 @@ def latex_prose(text: str) -> str:
     return with_formulas(text, latex_text, lambda formula: f"${formula}$")
 
 
+def printable(text: str) -> str:
+    """Return text with spaces in place of control characters, which XML and LaTeX do not allow."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
 def latex_text(text: str) -> str:
     """Escape text for LaTeX text mode: no character of it acts as a command.
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from lagrange_cli.latex_allowlist import with_formulas
-from lagrange_cli.notation.symbols import GREEK, UNIT_PART, latex_name, split_name
+from lagrange_cli.notation.symbols import GREEK, UNIT_PART, latex_name, printable, split_name
 from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
 from lagrange_cli.notation.typeset import TypesetPrinter
 
@@ -81,7 +81,7 @@ def typst_text(text: str) -> str:
     Line breaks and characters that do not print become spaces, so that no line begins a list, a
     heading or a comment.
     """
-    plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    plain = " ".join(printable(text).split())
     shown = "".join(
         rf"\{c}" if c.isascii() and not c.isalnum() and c not in _PLAIN else c for c in plain
     )
@@ -96,7 +96,7 @@ def typst_prose(text: str) -> str:
 
 def typst_string(text: str) -> str:
     """Text as a string of Typst, which prints upright in formulas."""
-    plain = "".join(c if c.isprintable() else " " for c in text)
+    plain = printable(text)
     return '"' + plain.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from lagrange_cli.analysis.values import continuous_phase
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.notation.symbols import printable
 from lagrange_cli.simulate.model.labels import Label, labels_of
 from lagrange_cli.simulate.results.picture import Line, MarkedPlace, Panel, Picture
 from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
@@ -53,7 +54,7 @@ def bode_diagram(response: FrequencyResponse, title: str, ending: str) -> bytes:
     for number, channel in enumerate(response.channels):
         _draw(above, below, response, channel, number)
     _label(above, below, response)
-    figure.suptitle(title, fontsize="large", parse_math=False)
+    figure.suptitle(printable(title), fontsize="large", parse_math=False)
     return picture_bytes(figure, ending)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.emit.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.notation.symbols import printable
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 
@@ -131,7 +132,8 @@ def mode_pictures(
     )
     hidden = len(modes) - len(panels)
     remark = f"{hidden} further modes are not drawn" if hidden else ""
-    return ModePictures(equations.presentation.title or equations.presentation.name, panels, remark)
+    title = printable(equations.presentation.title or equations.presentation.name)
+    return ModePictures(title, panels, remark)
 
 
 def _panel(
@@ -359,4 +361,4 @@ def _points(line: Array) -> str:
 
 def _text(text: str) -> str:
     """Return text without markup and without characters that XML does not allow."""
-    return escape("".join(c if c.isprintable() else " " for c in text))
+    return escape(printable(text))

@@ -22,6 +22,7 @@ from lagrange_cli.emit.steps.sections import (
     Title,
     Words,
 )
+from lagrange_cli.notation.symbols import printable
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -37,7 +38,7 @@ class MarkdownLetters(LatexLetters):
     """Letters of LaTeX; text of a scene with all its punctuation escaped."""
 
     def words(self, text: str) -> str:
-        plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+        plain = " ".join(printable(text).split())
         return _OPENING.sub(r"\1\\\2", _MARKUP.sub(r"\\\1", plain))
 
     def typed(self, text: str) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from lagrange_cli.emit.sketch.composition import sketch_of
+from lagrange_cli.notation.symbols import printable
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -102,4 +103,4 @@ def _at(place: Place) -> tuple[str, str]:
 
 def _text(text: str) -> str:
     """Text without markup or characters that XML has not."""
-    return escape("".join(c if c.isprintable() else " " for c in text))
+    return escape(printable(text))

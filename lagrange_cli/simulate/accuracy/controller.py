@@ -43,8 +43,13 @@ from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
+from lagrange_cli.simulate.runs.run import Failure
 from lagrange_cli.simulate.samples import RowSequence, first_rows, windows
 from lagrange_cli.simulate.sharpness import watching
+
+#: Last places of the time by which steps that are too short are away from a singularity, if it is
+#: the reason, and much less; and the largest part of the span.
+_AHEAD, _NEAR = 1e4, 1e-4
 
 #: One unit in the last place below 1.
 _LAST_PLACE = float(np.finfo(float).epsneg)
@@ -175,7 +180,8 @@ def _attempt_wider(
     while narrow is not None and _worthwhile(lasts):
         best = _best(attempts)
         holds = best.error_estimate().samples == len(problem.times)
-        if holds or best.failure is not None or coarse.stiff:
+        ended = best.failure is not None and not _by_rounding(problem, best.failure)
+        if holds or ended or coarse.stiff:
             return
         wider = narrow.wider()
         if wider is not None:
@@ -189,6 +195,19 @@ def _attempt_wider(
             lasts.append(attempts[-1])
         # Quadruple numbers pass places closer than samples in doubles tell on which side.
         narrow = None if problem.read_off else wider
+
+
+def _by_rounding(problem: InitialValueProblem, failure: Failure) -> bool:
+    """Tell whether accelerations hardly change in many last places of the time where steps became
+    too short: then rounding is the reason, and no singularity."""
+    if failure.contacts or failure.state is None:
+        return False
+    n, last_place = len(problem.kinds), float(np.spacing(abs(failure.time)))
+    ahead = min(_AHEAD * last_place, _NEAR * problem.span)
+    here = problem.rhs(failure.time, failure.state)
+    there = problem.rhs(failure.time + ahead, failure.state + ahead * here)
+    sizes = np.maximum(np.abs(here), np.abs(there))[n:]
+    return bool((np.abs(there - here)[n:] <= sizes.max(initial=0.0) / 2).all())
 
 
 def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> float:
@@ -241,12 +260,14 @@ def _measured(
 ) -> Measured:
     best = _best(attempts)
     estimate = best.error_estimate()
-    events = best.events
+    events, failure = best.events, best.failure
+    if failure is not None and _by_rounding(problem, failure):
+        failure = replace(failure, by_rounding=True)
     return Measured(
         states=first_rows(best.run.rows, estimate.samples),
         scales=estimate.scales,
         estimate=estimate.estimate,
-        failure=best.failure,
+        failure=failure,
         stopped=stopped,
         method=best.run.method.name,
         choice=reason_for_method(coarse),

@@ -79,6 +79,8 @@ class Labels:
 
 def labels_of(equations: Equations) -> Labels:
     """Gather the labels of a system."""
+    from lagrange_cli.notation.symbols import printable
+
     latex = {c.name: c.latex for c in equations.system.coordinates}
     latex |= {c.name: c.latex for c in equations.system.cartesian_names}
     latex |= {p.name: p.latex for p in equations.system.parameters}
@@ -86,9 +88,9 @@ def labels_of(equations: Equations) -> Labels:
     parameter_units = {p.name: p.unit for p in equations.system.parameters if p.unit is not None}
     is_jacobi = any(c.kind == "jacobi" for c in equations.derivation.conserved)
     return Labels(
-        title=equations.presentation.title or equations.presentation.name,
+        title=printable(equations.presentation.title or equations.presentation.name),
         energy="h" if is_jacobi else "E",
         latex={name: text for name, text in latex.items() if text is not None},
         dimensions=scene_units.dimensions,
-        units={**parameter_units, **scene_units.units},
+        units={n: printable(u) for n, u in {**parameter_units, **scene_units.units}.items()},
     )

@@ -103,7 +103,8 @@ def status(problem: InitialValueProblem, measured: Measured) -> Status:
         return "stopped"
     if measured.disproved is not None:
         return "blow_up" if measured.disproved.by == "positive" else "accuracy_not_reached"
-    return "blow_up" if measured.failure is not None else "accuracy_not_reached"
+    ends = measured.failure is not None and not measured.failure.by_rounding
+    return "blow_up" if ends else "accuracy_not_reached"
 
 
 def reason(model: Model, problem: InitialValueProblem, measured: Measured, request: Request) -> str:
@@ -160,6 +161,13 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure, reques
         return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
     if failure.reason in _KINKS:
         return f"{past}: {failure.reason}; {_KINKS[failure.reason]}"
+    if failure.by_rounding:
+        last_place = math.ulp(failure.time)
+        return (
+            f"{past}: steps so short that the last place of t, {last_place:.1e}, counts beside them"
+            " would be needed, though forces change little there; a larger --accuracy, or a time"
+            " that counts from nearer, goes on"
+        )
     singular = (
         " a position where the constraints are singular," if structured(problem.rhs).project else ""
     )

@@ -49,12 +49,15 @@ class Failure:
         Numbers of the contacts that are in the way.
     state
         The last state, shape (2n,), in doubles.
+    by_rounding
+        The motion goes on, but no step is long enough beside the last places of the time.
     """
 
     time: float
     reason: str
     contacts: tuple[int, ...] = ()
     state: Array | None = None
+    by_rounding: bool = False
 
 
 def _unfit(method: type[Integrator], error: UnfitError) -> InputError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shutil
@@ -14,6 +15,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from lagrange_cli import loads
 from lagrange_cli.cache import open_cache
@@ -260,3 +262,19 @@ def test_constants_of_equations_are_what_the_scene_wrote():
     assert "1.04719755119659774615421446109316763" in code.c
     (numbers,) = kernels.in_arithmetic({"system.c": code.c}, EXTENDED).values()
     assert "1.04719755119659774615421446109316763L" in numbers
+
+
+@pytest.mark.slow
+def test_a_perihelion_too_brief_for_doubles() -> None:
+    """Steps fall below the last place of t at the first return to it; no singularity is there."""
+    orbit = loads(
+        "coordinates: [x, y]\nparameters: {e: 0.999999}\n"
+        "kinetic: {T: (dot(x)^2 + dot(y)^2)/2}\npotentials: {v: -1/sqrt(x^2 + y^2)}\n"
+        "initial: {x: 1 - e, y: 0, dot(x): 0, dot(y): sqrt((1 + e)/(1 - e))}\n"
+        "simulate: {until: 7, accuracy: 1e-6, samples: 3}\n"
+    )
+    found = orbit.derive().simulate()
+    assert found.status == "ok"
+    eccentricity, anomaly = 0.999999, 7.0
+    place = brentq(lambda a: a - eccentricity * math.sin(a) - anomaly, 6, 10, xtol=1e-15)
+    assert found.state["x"] == pytest.approx(math.cos(place) - eccentricity, abs=1e-5)
