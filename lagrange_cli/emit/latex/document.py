@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -28,6 +28,7 @@ from lagrange_cli.notation.symbols import latex_prose, latex_text
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.emit.document.contents import Content
+    from lagrange_cli.emit.steps.sections import Section
     from lagrange_cli.mechanics.equations import Equations
 
 _PACKAGES = r"""\usepackage[T1]{fontenc}
@@ -53,7 +54,7 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     options = options or LatexOptions()
     setter = options.setter(equations)
     sections = options.sections(equations)
-    body = [setter.section(section) for section in sections]
+    body = _kept_together(sections, [setter.section(section) for section in sections])
     spread = [] if equations.derivation.steps is None else [r"\setlength{\jot}{1ex}"]
     title = latex_prose(equations.presentation.title or equations.presentation.name)
     opening = [
@@ -65,6 +66,15 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
         opening += ["", latex_prose(equations.presentation.description)]
     blocks = [opening, spread, *body, [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
+
+
+def _kept_together(sections: Sequence[Section], body: list[list[str]]) -> list[list[str]]:
+    """Keep the certificate on a page with the end of what stands before it."""
+    if len(sections) > 1 and sections[-1].name == "certificate":
+        body[-2].insert(0, r"\postdisplaypenalty=10000")
+        heading = rf"\bigskip{{\Large\bfseries {sections[-1].heading}}}"
+        body[-1][0] = rf"\par\nobreak{heading}\par\nobreak\smallskip"
+    return body
 
 
 def _preamble(options: LatexOptions) -> str:
