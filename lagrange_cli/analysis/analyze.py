@@ -28,7 +28,7 @@ from lagrange_cli.analysis.linear.linearize import (
     state_space,
 )
 from lagrange_cli.analysis.linear.modes import modes
-from lagrange_cli.analysis.linear.stability import stability
+from lagrange_cli.analysis.linear.stability import stability, stability_of_parameters
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.result import Analysis, LeftOut
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
@@ -214,6 +214,8 @@ def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]
 
 def _stability(problem: _RestProblem, point: Equilibrium) -> Stability:
     if point.position is None or problem.sought.missing:
+        if problem.steady is None:
+            return stability_of_parameters(problem.sought, point)
         return Stability("undecided", Phrase("parameters have no values"))
     try:
         system = problem.system_at(point)

@@ -23,6 +23,25 @@ Verdict: TypeAlias = Literal[
 """The strongest proven statement on motions that begin near an equilibrium."""
 
 
+Matrix: TypeAlias = NDArray[np.float64]
+"""Numbers in doubles, of any shape."""
+
+Mpf: TypeAlias = Any
+"""An mpmath.mpf, which carries no types."""
+
+
+@dataclass(frozen=True)
+class Existence:
+    """The condition ``smaller ≤ larger``, or ``smaller = larger``, for an equilibrium to exist.
+
+    With ``<`` it is one for it to be stable.
+    """
+
+    smaller: Expr
+    larger: Expr
+    relation: Literal["<=", "<", "="] = "<="
+
+
 @dataclass(frozen=True)
 class Stability:
     """Stability of an equilibrium.
@@ -33,26 +52,13 @@ class Stability:
         The strongest proven statement.
     reason
         The theorem, with the conditions that were verified, as a short phrase.
+    stable_where
+        Conditions on parameters without values under which it is stable; none if that is unknown.
     """
 
     verdict: Verdict
     reason: str
-
-
-Matrix: TypeAlias = NDArray[np.float64]
-"""Numbers in doubles, of any shape."""
-
-Mpf: TypeAlias = Any
-"""An mpmath.mpf, which carries no types."""
-
-
-@dataclass(frozen=True)
-class Existence:
-    """The condition ``smaller ≤ larger``, or ``smaller = larger``, for an equilibrium to exist."""
-
-    smaller: Expr
-    larger: Expr
-    relation: Literal["<=", "="] = "<="
+    stable_where: tuple[Existence, ...] = ()
 
 
 @dataclass(frozen=True)

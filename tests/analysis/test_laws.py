@@ -158,3 +158,55 @@ def test_a_law_is_proven_both_ways(scene, laws, verdict):
         for left, right in (law.split("=") for law in laws)
     ]
     assert law_verdict(rest_system(equations, {}), residuals) == verdict
+
+
+PARABOLA = """\
+parameters: {m: {}, c: {}, omega: {}, g: {}}
+particles:
+  bead: {mass: m, position: [r*cos(omega*t), r*sin(omega*t), c*r^2]}
+coordinates: [r]
+potentials: {weight: {gravity: g}}
+"""
+
+
+def test_a_rotating_parabola_is_stable_below_its_critical_rate():
+    """Marion and Thornton, example 7.5: ω² = 2 c g holds the bead anywhere."""
+    laws, found = solved(PARABOLA)
+    assert laws == [("r", "omega**2 = 2*c*g"), ("0",)]
+    anywhere, lowest = found.points
+    assert anywhere.stability.stable_where == ()
+    (condition,) = lowest.stability.stable_where
+    assert (str(condition.smaller), condition.relation) == ("omega**2", "<")
+    assert str(condition.larger) == "2*c*g"
+    assert lowest.stability.verdict == "undecided"
+
+
+def test_signs_that_are_known_need_no_condition():
+    scene = """\
+parameters: {m: {}, k: {positive: true}, c: {}}
+particles: {ball: {mass: m, position: [x, y, 0]}}
+coordinates: [x, y]
+potentials: {springs: k*x^2/2 + c*x*y + k*y^2/2}
+"""
+    _, found = solved(scene)
+    (point,) = (p for p in found.points if not p.free and not p.conditions)
+    assert [f"{c.smaller} < {c.larger}" for c in point.stability.stable_where] == ["c**2 < k**2"]
+    _, found = solved(scene.replace("+ c*x*y", ""))
+    assert [p.stability.verdict for p in found.points] == ["stable"]
+    _, found = solved(
+        scene.replace("+ c*x*y", "").replace("k*y^2/2", "y^2/2").replace("k*x", "-k*x")
+    )
+    assert all(p.stability.verdict != "stable" for p in found.points)
+
+
+def test_friction_leaves_stability_open():
+    scene = """\
+parameters: {m: {}, k: {positive: true}, c: {}}
+particles: {ball: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+potentials: {spring: k*x^2/2}
+forces: {drive: {on: x, force: c*dot(x)}}
+"""
+    _, found = solved(scene)
+    assert [p.stability.verdict for p in found.points] == ["undecided"]
+    assert found.points[0].stability.stable_where == ()

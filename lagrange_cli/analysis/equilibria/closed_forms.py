@@ -156,12 +156,7 @@ class Solver:
     def __init__(self, system: RestSystem, *, exhaustive: bool = False) -> None:
         self.system, self.exhaustive = system, exhaustive
         coordinates = system.equations.system.coordinates
-        masses = (p.mass for p in system.equations.system.particles)
-        self.facts = ParameterFacts(
-            system.known,
-            {m: sp.Dummy(m.name, positive=True) for m in masses if m.is_Symbol},
-            [p.symbol for p in system.equations.system.parameters],
-        )
+        self.facts = ParameterFacts.of_system(system)
         self.angles = {c.q for c in coordinates if c.is_angle}
         self.branches = 0
         self.nonzero: set[sp.Symbol] = set()

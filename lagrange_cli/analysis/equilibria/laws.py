@@ -61,6 +61,8 @@ def law_verdict(system: RestSystem, residuals: Sequence[sp.Expr]) -> LawVerdict:
     equilibria = Solver(general)
     everything = (*general.forces, *general.constraints)
     for branch in equilibria.run(everything, general.unknowns):
+        if branch.is_trial:
+            continue  # perhaps a part of a branch that was not found
         if _vanish_in(branch, everything) and _vanish_in(branch, residuals):
             return "proven" if solver.complete else "undecided"
     return "narrow" if equilibria.complete else "undecided"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import mpmath
 import sympy as sp
@@ -19,9 +20,15 @@ from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
+if TYPE_CHECKING:
+    from lagrange_cli.analysis.equilibria.rest_system import RestSystem
+
 #: Digits of the numbers that decide, and the relative size below which one is rounding.
 DIGITS = 50
 ROUNDING = mpf(10) ** -30
+
+#: Factors without a sign of a condition that is worth reading.
+_MOST_FACTORS = 3
 
 
 @dataclass(frozen=True)
@@ -32,16 +39,26 @@ class ParameterFacts:
     ----------
     known
         Values of parameters that have one.
-    positive
-        Symbols that are positive although the scene does not say so, as masses are, each with a
-        symbol that is.
+    signed
+        Symbols with a sign that the scene does not declare, masses and those with values, each
+        with a symbol that has it.
     order
         All parameters as the scene declares them.
     """
 
     known: Mapping[sp.Symbol, Mpf]
-    positive: Mapping[sp.Symbol, sp.Symbol] = field(default_factory=dict)
+    signed: Mapping[sp.Symbol, sp.Symbol] = field(default_factory=dict)
     order: Sequence[sp.Symbol] = ()
+
+    @classmethod
+    def of_system(cls, system: RestSystem) -> ParameterFacts:
+        """Return what is known of the parameters of a system: values, and masses are positive."""
+        symbols = [p.symbol for p in system.equations.system.parameters]
+        masses = {p.mass for p in system.equations.system.particles}
+        values = {s: 1 if s in masses else system.known.get(s, 0) for s in symbols}
+        signed = {s: sp.Dummy(s.name, positive=True) for s, value in values.items() if value > 0}
+        signed |= {s: sp.Dummy(s.name, negative=True) for s, value in values.items() if value < 0}
+        return cls(system.known, signed, symbols)
 
     def vanishes(self, expression: sp.Expr) -> bool:
         """Say whether an expression is zero for the values of its parameters."""
@@ -55,7 +72,7 @@ class ParameterFacts:
 
     def is_nonzero(self, expression: sp.Expr) -> bool:
         """Say whether an expression is proven not to vanish, by its values or by signs."""
-        if expression.xreplace(self.positive).is_nonzero:
+        if expression.xreplace(self.signed).is_nonzero:
             return True
         if expression.free_symbols <= self.known.keys():
             return not self.vanishes(expression)
@@ -64,6 +81,30 @@ class ParameterFacts:
             return all(map(self.is_nonzero, factors))
         base, exponent = expression.as_base_exp()
         return bool(base != expression and exponent.is_Rational and self.is_nonzero(base))
+
+    def is_positive(self, expression: sp.Expr) -> bool:
+        """Say whether an expression is proven positive wherever it has a value."""
+        return self.positive_where(expression) == ()
+
+    def positive_where(self, expression: sp.Expr) -> tuple[Existence, ...] | None:
+        """Write when an expression is positive, without factors that are; None if it is long."""
+        above, below = sp.fraction(factored_form(cancelled(expression)))
+        undecided = []
+        factors = [*sp.Mul.make_args(above), *(1 / f for f in sp.Mul.make_args(below))]
+        for factor in factors:
+            base, exponent = factor.as_base_exp()
+            is_even = exponent.is_Integer and exponent % 2 == 0
+            is_square = is_even and (exponent.is_negative or self.is_nonzero(base))
+            if not is_square and not factor.xreplace(self.signed).is_positive:
+                undecided.append(base if exponent.is_Integer and exponent % 2 else factor)
+        if not undecided:
+            return ()
+        if len(undecided) > _MOST_FACTORS:
+            return None
+        terms = sp.Add.make_args(sp.expand(sp.Mul(*undecided)))
+        lower = [-term for term in terms if term.could_extract_minus_sign()]
+        upper = [term for term in terms if not term.could_extract_minus_sign()]
+        return (Existence(factored_form(sp.Add(*lower)), factored_form(sp.Add(*upper)), "<"),)
 
     def open_symbols(self, expression: sp.Expr) -> list[sp.Symbol] | None:
         """List the parameters of a product of powers that may be zero; None for other products."""

@@ -42,7 +42,7 @@ _GUARD, _HALF_OF_DECIMALS = 60, 1e-15
 _ZERO = sp.S.Zero
 
 #: Functions with a kink or a jump.
-_KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
+KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
 
 #: Size of an argument of these that is zero: a configuration is known to 30 digits.
 _NOTHING = mpf(10) ** -12
@@ -365,7 +365,7 @@ def kinks_at(system: RestSystem, at: Equilibrium) -> list[tuple[sp.Expr, sp.Expr
     return [
         (force, atom)
         for force in system.equations.system.forcing
-        for atom in force.atoms(*_KINKED)
+        for atom in force.atoms(*KINKED)
         if _changes(system, atom, place)
     ]
 

@@ -10,7 +10,7 @@ Dokl. 25 (1982) 335). Poles on the imaginary axis prove nothing of the nonlinear
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -19,9 +19,10 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.equilibria.rest_system import kinks_at
+from lagrange_cli.analysis.equilibria.parameter_relations import ParameterFacts
+from lagrange_cli.analysis.equilibria.rest_system import KINKED, kinks_at
 from lagrange_cli.analysis.linear.energy_test import EnergyTest, reduced_energy
-from lagrange_cli.analysis.linear.linearize import DIGITS, LinearSystem, in_doubles
+from lagrange_cli.analysis.linear.linearize import DIGITS, LinearSystem, exact_matrices, in_doubles
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Equilibrium, Mpf, Stability
 
@@ -35,6 +36,8 @@ _MOST_STATES = 16
 #: Real parts, relative to the largest pole, that count, in many digits and in doubles: a multiple
 #: pole is known to a part of the digits only.
 _FINE, _COARSE = 1e-10, 1e-6
+#: Coordinates of an equilibrium whose minors are written as conditions.
+_MOST_MINORS = 3
 #: Relative distance of different poles.
 _APART = 1e-6
 
@@ -54,6 +57,39 @@ def stability(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> Stab
     if kinks_at(system, at):
         return Stability("undecided", Phrase("the forces are not smooth there"))
     return _Question(system, at, linear).answer()
+
+
+def stability_of_parameters(system: RestSystem, at: Equilibrium) -> Stability:
+    """Decide the stability of an equilibrium whose parameters have no values, or when it is stable.
+
+    That is where the leading minors of K are positive (Sylvester), M being positive definite and
+    the energy conserved. One of a single coordinate is unstable if K is negative.
+    """
+    equations = system.equations
+    conserved = any(c.kind in ("energy", "jacobi") for c in equations.derivation.conserved)
+    smooth = not any(f.atoms(*KINKED) for f in equations.system.forcing)
+    exact = None
+    if conserved and smooth and not (at.free or system.held_inputs):
+        exact = exact_matrices(system, at)
+    unknown = Stability("undecided", Phrase("parameters have no values"))
+    if exact is None or len(exact.mass) > _MOST_MINORS:
+        return unknown
+    signs = ParameterFacts.of_system(system)
+    mass, stiffness = (
+        [sp.Matrix(rows)[:k, :k].det() for k in range(1, len(rows) + 1)]
+        for rows in (exact.mass, exact.stiffness)
+    )
+    if not all(signs.is_positive(minor) for minor in mass):
+        return unknown
+    if len(stiffness) == 1 and signs.is_positive(-stiffness[0]):
+        return Stability("unstable", Phrase("{matrix} is negative", matrix=("K",)))
+    needed = [signs.positive_where(minor) for minor in stiffness]
+    if any(condition is None for condition in needed):
+        return unknown
+    where = tuple(dict.fromkeys(c for conditions in needed for c in conditions or ()))
+    if where:
+        return replace(unknown, stable_where=where)
+    return Stability("stable", Phrase("{reason}: the energy has a minimum", reason=_DEFINITE))
 
 
 @dataclass(frozen=True)

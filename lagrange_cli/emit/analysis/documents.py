@@ -182,6 +182,9 @@ class _Contents:
     def _sentence(self, point: Equilibrium, place: str) -> str:
         """``θ = 0: stable, since K is positive definite: the energy has a minimum``."""
         say, reason = self.writer.say, self.teller(reason_of(point))
+        if point.stability is not None and point.stability.stable_where:
+            where = self.places.conditions(point.stability.stable_where)
+            reason = say("stable where {conditions}", conditions=where)
         verdict = "" if point.stability is None else verdict_word(point.stability.verdict, say)
         if reason and verdict:
             verdict = say("{verdict} ({reason})", verdict=verdict, reason=reason)

@@ -11,7 +11,7 @@ from lagrange_cli.notation.page import Block, Row, words
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.result import AlongMotion, Exponents
-    from lagrange_cli.analysis.values import Channel, FrequencyResponse
+    from lagrange_cli.analysis.values import Channel, FrequencyResponse, Matrix
     from lagrange_cli.emit.phrases.language import Language
 
 
@@ -111,3 +111,22 @@ def response_lines(result: FrequencyResponse, say: Language) -> Iterator[str]:
     hidden = len(result.channels) - _MOST_CHANNELS
     if hidden > 0:
         yield say("and {count} more, in --json", count=hidden)
+
+
+def number_rows(name: str, numbers: Matrix) -> Iterator[Row]:
+    """Write a matrix in numbers, its columns below each other."""
+    cells = [[f"{x:.6g}" for x in row] for row in (numbers + 0.0).tolist()]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
+    for i, row in enumerate(cells):
+        shown = "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
+        label = f"  {name} = " if i == 0 else " " * (len(name) + 5)
+        yield Row(label.rstrip(), " " * (len(label) - len(label.rstrip())) + shown, (), "name")
+
+
+def complex_text(value: complex) -> str:
+    """Write a complex number in six digits."""
+    if not value.imag:
+        return f"{value.real:.6g}"
+    sign = "+" if value.imag > 0 else "-"
+    real = f"{value.real:.6g} " if value.real else ""
+    return f"{real}{sign} {abs(value.imag):.6g}i" if real else f"{value.imag:.6g}i"

@@ -112,7 +112,7 @@ class Places:
         listed = []
         for c in conditions:
             sides = [letters.formula(writer.tree(e)) for e in (c.smaller, c.larger)]
-            sign = letters.at_most_sign if c.relation == "<=" else "="
+            sign = letters.at_most_sign if c.relation == "<=" else c.relation
             listed.append(f"{sides[0]} {sign} {sides[1]}")
         return writer.listed(listed)
 

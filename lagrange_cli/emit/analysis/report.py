@@ -216,6 +216,7 @@ def _equilibrium(
         "isolated": point.isolated,
         "stability": None if stability is None else stability.verdict,
         "reason": None if stability is None else stability.reason,
+        "stable_where": [] if stability is None else _conditions(stability.stable_where, say),
         **_turning(point.turning, steady, say),
     }
 

@@ -8,7 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.branches import BranchRows
-from lagrange_cli.emit.analysis.numerical import along_rows, exponent_rows, response_rows
+from lagrange_cli.emit.analysis.numerical import (
+    along_rows,
+    complex_text,
+    exponent_rows,
+    number_rows,
+    response_rows,
+)
 from lagrange_cli.emit.analysis.wording import (
     MOST_LISTED,
     Teller,
@@ -159,7 +165,7 @@ class _Writer:
                 self.point(p),
                 "name",
                 2,
-                self.phrase(reason_of(p)),
+                self.reason(p),
             )
             for p, verdict in zip(points, verdicts, strict=True)
         ]
@@ -186,6 +192,13 @@ class _Writer:
 
     def near(self, at: NearBalance) -> str:
         return joined(self.values(None, at.position, at.free))
+
+    def reason(self, point: Equilibrium) -> str:
+        """Say why an equilibrium is stable or not, or when it is."""
+        if point.stability is None or not point.stability.stable_where:
+            return self.phrase(reason_of(point))
+        where = self.listed(point.stability.stable_where)
+        return self.say("stable where {conditions}", conditions=joined(where).strip())
 
     def hidden(self, count: int) -> Row:
         """Say that more is in JSON."""
@@ -240,10 +253,14 @@ class _Writer:
 
     def where(self, conditions: Sequence[Existence]) -> list[Piece]:
         """Write the conditions under which an equilibrium exists."""
-        signs = {"<=": "≤" if self.is_unicode else "<=", "=": "="}
+        return [*words(f" {self.say('where')}"), *self.listed(conditions)] if conditions else []
+
+    def listed(self, conditions: Sequence[Existence]) -> list[Piece]:
+        """Write conditions with *and* between them."""
+        signs = {"<=": "≤" if self.is_unicode else "<=", "=": "=", "<": "<"}
         pieces: list[Piece] = []
         for k, condition in enumerate(conditions):
-            pieces += words(f" {self.say('where') if k == 0 else self.say('and')}")
+            pieces += words(f" {self.say('and')}") if k else []
             pieces += _spaced(self.pieces(condition.smaller), first=False)
             pieces += solid(f" {signs[condition.relation]} ")
             pieces += self.pieces(condition.larger)
@@ -329,7 +346,7 @@ class _Writer:
             size_note = self.say("{rows} by {columns}, in --json", rows=rows, columns=width)
             yield Row(f"  {name}", f" {size_note}", role="name")
         else:
-            yield from _number_rows(name, numbers)
+            yield from number_rows(name, numbers)
 
     # Modes.
 
@@ -348,9 +365,8 @@ class _Writer:
         label = f"  {mode.frequency:.9g}"
         shape = words(self.shape(mode))
         if mode.pole is not None:
-            yield Row(
-                label, f"   {self.say('pole {value}', value=_complex(mode.pole))}   ", shape, "name"
-            )
+            pole = self.say("pole {value}", value=complex_text(mode.pole))
+            yield Row(label, f"   {pole}   ", shape, "name")
         elif mode.exact_square is None:
             yield Row(label, "   ", shape, "name")
         else:
@@ -359,7 +375,7 @@ class _Writer:
             yield Row("", " " * (columns(label) + 3), self.exact_shape(mode) or shape)
 
     def shape(self, mode: Mode) -> str:
-        amplitudes = [_complex(complex(a)) for a in mode.shape[:_MOST_COLUMNS]]
+        amplitudes = [complex_text(complex(a)) for a in mode.shape[:_MOST_COLUMNS]]
         more = ", …" if self.is_unicode else ", ..."
         listed_amplitudes = ", ".join(amplitudes) + (
             more if len(mode.shape) > _MOST_COLUMNS else ""
@@ -430,20 +446,3 @@ def _spaced(pieces: Sequence[Piece], *, first: bool) -> list[Piece]:
     if first:
         return list(pieces)
     return [Piece(head.text, head.width + 1, " ", "", 0), *others]
-
-
-def _number_rows(name: str, numbers: Matrix) -> Iterator[Row]:
-    cells = [[f"{x:.6g}" for x in row] for row in (numbers + 0.0).tolist()]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(cells[0]))]
-    for i, row in enumerate(cells):
-        shown = "  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
-        label = f"  {name} = " if i == 0 else " " * (len(name) + 5)
-        yield Row(label.rstrip(), " " * (len(label) - len(label.rstrip())) + shown, (), "name")
-
-
-def _complex(value: complex) -> str:
-    if not value.imag:
-        return f"{value.real:.6g}"
-    sign = "+" if value.imag > 0 else "-"
-    real = f"{value.real:.6g} " if value.real else ""
-    return f"{real}{sign} {abs(value.imag):.6g}i" if real else f"{value.imag:.6g}i"

@@ -36,6 +36,8 @@ FRENCH_OF_ANALYSES = {
     "undecided": "indécis",
     "absent": "absent",
     "any": "quelconque",
+    "stable where {conditions}": "stable quand {conditions}",
+    "{matrix} is negative": "{matrix} est négatif",
     "{name} any": "{name} quelconque",
     "where": "si",
     "and": "et",

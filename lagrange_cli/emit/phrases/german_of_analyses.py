@@ -36,6 +36,8 @@ GERMAN_OF_ANALYSES = {
     "where": "falls",
     "and": "und",
     "where {conditions}": "falls {conditions}",
+    "stable where {conditions}": "stabil, wenn {conditions}",
+    "{matrix} is negative": "{matrix} ist negativ",
     "{place} where {conditions}": "{place} falls {conditions}",
     "{verdict} ({reason})": "{verdict} ({reason})",
     "with inputs held at {values}": "bei festgehaltenen Eingängen {values}",
