@@ -336,6 +336,38 @@ def test_the_pivot_of_a_driven_support_is_no_ground():
 
 
 @pytest.mark.slow
+def test_a_lever_is_a_bar_through_its_fulcrum():
+    """Its ends and the fulcrum stay on one line: the circle of the load is no wire."""
+    sketch = sketch_of(derived("lever"))
+    assert strokes(sketch, "curve") == []
+    fulcrum = {point for bar in strokes(sketch, "rod") for point in bar.points}
+    assert len(strokes(sketch, "rod")) == 2
+    assert len(fulcrum) == 3
+    (force,) = strokes(sketch, "force")
+    assert np.allclose(force.points[0], place_of(sketch, "grip"))
+    assert force.points[1][1] < force.points[0][1]
+    assert "F" in captions(sketch)
+
+
+def test_a_force_along_a_rod_pushes_against_its_end():
+    """Beck's follower load on Ziegler's column, which is seen above the column."""
+    sketch = sketch_of(derived("zieglers_column"))
+    (force,) = strokes(sketch, "force")
+    start, tip = np.array(force.points)
+    top = place_of(sketch, "tip")
+    assert np.linalg.norm(tip - top) < np.linalg.norm(start - top)
+    assert start[1] > tip[1] > top[1]
+
+
+def test_forces_that_depend_on_rates_are_not_drawn():
+    text = BOB.format(x="l*sin(theta)", z="-l*cos(theta)", potential="m*g*z")
+    text += "inputs: [u]\nforces: {drag: {on: bob, force: [-k*dot(x), 0, 0]},"
+    text += " pull: {on: bob, force: [u, 0, 0]}}\n"
+    sketch = sketch_of(loads(text).derive().equations)
+    assert [s.name for s in strokes(sketch, "force")] == ["pull"]
+    assert "u" in captions(sketch)
+
+
 def test_a_closed_linkage_has_the_angles_of_all_its_bars():
     sketch = sketch_of(derived("four_bar_linkage"))
     assert [arc.name for arc in strokes(sketch, "angle")] == ["alpha", "beta", "gamma"]

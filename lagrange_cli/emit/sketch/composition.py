@@ -120,6 +120,7 @@ class _Drawing:
         self._draw_links()
         self._draw_angles()
         self._draw_bodies()
+        self._draw_forces()
         self._place_labels()
         low, high = self._bounds()
         self._draw_directions(low, high)
@@ -299,6 +300,27 @@ class _Drawing:
             self._dot("mass", at, radius, known.names[number])
             if particles <= _MOST_LABELS:
                 self.label(names[number], at, radius)
+
+    def _draw_forces(self) -> None:
+        """Draw an arrow for each force on a body, as it is at the start."""
+        numbers = {name: number for number, name in enumerate(self.known.names)}
+        for force, pull in self.known.configurations.pulls():
+            seen = self.view.project(pull)
+            if np.linalg.norm(seen) > 1e-6 * np.linalg.norm(pull):
+                start, along = self.body(numbers[force.on]), _unit(seen)
+                pushes = self._lies_on_a_link(numbers[force.on], along)
+                if pushes:
+                    start = start - (_ARROW + 0.12) * along
+                tip = start + _ARROW * along
+                self.stroke("force", np.array([start, tip]), force.name)
+                caption = labels.force_caption(self.known.configurations.equations, force)
+                self.label(caption, start if pushes else tip, 0.0, -along if pushes else along)
+
+    def _lies_on_a_link(self, number: int, along: Array) -> bool:
+        """Tell whether a link goes from a body in a direction: a force pushes against it there."""
+        others = [{*k.ends} - {number} for k in self.known.links if number in k.ends]
+        ways = [self.body(*ends) - self.body(number) for ends in others if len(ends) == 1]
+        return any(float(_unit(way) @ along) > 0.97 for way in ways)
 
     def _dot(self, kind: DotKind, at: Array, radius: float, name: str) -> None:
         self.dots.append(Dot(kind, _place(at), radius, name))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.depiction import Depiction, PlacedPoint
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Closure, ParticleMotion
+    from lagrange_cli.mechanics.system import BodyForce, Closure, ParticleMotion
 
     Array: TypeAlias = NDArray[np.float64]
     _Bodies: TypeAlias = tuple[ParticleMotion | PlacedPoint, ...]
@@ -136,6 +136,23 @@ class Configurations:
             frozenset(numbers[s] for e in body.position for s in e.free_symbols if s in numbers)
             for body in bodies
         ]
+
+    def pulls(self) -> Iterator[tuple[BodyForce, Array]]:
+        """Return the forces on bodies with their values at the start, inputs taken for 1.
+
+        Forces that depend on velocities are left out.
+        """
+        system = self.equations.system
+        known = {**self.values, system.t: float(self.times[0])}
+        known |= {c.q: float(x) for c, x in zip(system.coordinates, self.q[0], strict=True)}
+        known |= {u.symbol: 1.0 for u in system.inputs}
+        for force in system.forces:
+            symbols = sorted(set().union(*(e.free_symbols for e in force.components)), key=str)
+            if len(force.components) == 3 and known.keys() >= {*symbols}:
+                try:
+                    yield force, Function(force.components, symbols)([known[s] for s in symbols])
+                except DomainError:
+                    continue
 
     @property
     def components(self) -> list[tuple[str, str, str]]:

@@ -85,6 +85,8 @@ class Findings:
         For each body the numbers of the coordinates that move it.
     links, angles
         Lines between them.
+    barred
+        Bodies at the end of a bar that turns about a fixed place.
     """
 
     configurations: Configurations
@@ -93,6 +95,7 @@ class Findings:
     depends: list[frozenset[int]]
     links: list[Link] = field(default_factory=list)
     angles: list[Angle] = field(default_factory=list)
+    barred: set[int] = field(default_factory=set)
 
     @property
     def declared(self) -> int:

@@ -103,6 +103,8 @@ def guides(known: Findings, view: View, frame: Frame) -> list[Guide]:
 def _all_guides(known: Findings, view: View, frame: Frame) -> Iterator[Guide]:
     rods = {frozenset(link.ends) for link in known.links if link.kind == "rod" and link.stated}
     stated = restraints(known.configurations, view.axes, rods)
+    # The circle on which a bar leads its end is no wire.
+    stated = [r for r in stated if r.particle not in known.barred or r.relation.one_sided]
     bilateral = [r for r in stated if not r.relation.one_sided]
     for restraint in stated:
         partners = [r for r in bilateral if r.particle == restraint.particle]

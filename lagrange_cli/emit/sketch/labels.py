@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.emit.sketch.configurations import Configurations
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import BodyForce
 
     Array: TypeAlias = NDArray[np.float64]
 
@@ -48,6 +49,14 @@ def gravity_caption(configurations: Configurations, acceleration: Array) -> Capt
     parameters = {s for _, v in configurations.depiction.potentials for s in v.free_symbols}
     is_number = not (parameters & configurations.values.keys()) - masses
     return Caption(r"\vec{g}", "g") if is_number else None
+
+
+def force_caption(equations: Equations, force: BodyForce) -> Caption:
+    """Return the parameter or input that is the size of a force, or else the force's name."""
+    symbols = set().union(*(e.free_symbols for e in force.components))
+    sizes = [p.symbol for p in equations.system.parameters if p.symbol in symbols]
+    sizes += [u.symbol for u in equations.system.inputs if u.symbol in symbols]
+    return symbol_caption(equations, sizes[0]) if len(sizes) == 1 else named(force.name)
 
 
 def point_caption(configurations: Configurations, name: str) -> Caption:

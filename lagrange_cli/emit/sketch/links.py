@@ -120,6 +120,7 @@ def findings(configurations: Configurations) -> Findings:
     known = Findings(configurations, list(configurations.names), configurations.places, depends)
     known.links += _stated(known)
     find_angles(known)
+    _add_bars(known)
     known.links += _distances(known)
     known.links += _springs(known)
     add_ropes(known)
@@ -138,7 +139,41 @@ def _stated(known: Findings) -> Iterator[Link]:
             yield Link(link.kind, ends, size, stated=True)
 
 
-# Distances and springs that no helper states.
+# Bars, distances and springs that no helper states.
+
+
+def _add_bars(known: Findings) -> None:
+    """Add the bars of rigid lines: three bodies on one line that keep their distances.
+
+    A bar goes from the one in the middle to both others, and takes the place of the position
+    vectors from which it was found.
+    """
+    if len(known.names) > MOST_SOUGHT or len(known.places) < 4:
+        return
+    for triple in combinations(range(len(known.names)), 3):
+        if _is_rigid_line(known, triple):
+            middle = min(triple, key=lambda k: max(known.distances(k, j)[0] for j in triple))
+            for end in set(triple) - {middle}:
+                _add_bar(known, middle, end)
+            if any(map(known.is_fixed, triple)):
+                known.barred |= {*triple}
+
+
+def _is_rigid_line(known: Findings, triple: tuple[int, int, int]) -> bool:
+    if all(map(known.is_fixed, triple)):
+        return False
+    if not all(known.constant(a, b) for a, b in combinations(triple, 2)):
+        return False
+    lengths = sorted(known.distances(a, b)[0] for a, b in combinations(triple, 2))
+    return bool(lengths[0] + lengths[1] - lengths[2] <= SAME * lengths[2])
+
+
+def _add_bar(known: Findings, start: int, end: int) -> None:
+    replaced = [k for k in known.links if {*k.ends} == {start, end}]
+    if not any(link.stated for link in replaced):
+        known.links[:] = [link for link in known.links if link not in replaced]
+        size = next((link.size for link in replaced), None)
+        known.links.append(Link("rod", (start, end), size, stated=True))
 
 
 def _distances(known: Findings) -> Iterator[Link]:

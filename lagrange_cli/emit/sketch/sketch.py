@@ -22,6 +22,7 @@ StrokeKind: TypeAlias = Literal[
     "reference",
     "axis",
     "gravity",
+    "force",
 ]
 """Meaning of a stroke, from which printers take its style."""
 

@@ -31,6 +31,7 @@ _STYLES: dict[StrokeKind, str] = {
     "reference": 'stroke-width="0.7" stroke-dasharray="1.5 2.5"',
     "axis": 'stroke-width="0.7" marker-end="url(#arrow)"',
     "gravity": 'stroke-width="1.2" marker-end="url(#arrow)"',
+    "force": 'stroke-width="1.5" marker-end="url(#arrow)"',
 }
 _DOTS: dict[DotKind, str] = {
     "mass": 'fill="#000" stroke="none"',

@@ -27,6 +27,7 @@ _STYLES: dict[StrokeKind, str] = {
     "reference": "thin, densely dotted",
     "axis": "thin, ->",
     "gravity": "line width=0.7pt, ->",
+    "force": "line width=0.9pt, ->",
 }
 _POINTS_PER_CM = 72.27 / 2.54
 
