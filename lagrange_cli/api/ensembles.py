@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -16,39 +16,97 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array
     from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
-    from lagrange_cli.simulate.ensemble.plan.plan import Blocks, Plan
+    from lagrange_cli.simulate.ensemble.plan.plan import Blocks, Plan, Selection
     from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
     from lagrange_cli.simulate.ensemble.store.store import Store
     from lagrange_cli.simulate.model.requested_outputs import Reduction
 
+#: Members of which all samples are kept unless something else is asked for.
+MOST_WITH_SAMPLES = 10_000
 
-def written_members(
-    *, file: str | None, vary: Sequence[str], sample: Sequence[str], number: int, seed: int
-) -> Members:
-    """Read the members that texts or a file state.
 
-    Parameters
+@dataclass(frozen=True)
+class MemberChoice:
+    """The members of an ensemble, and what is kept of each.
+
+    Attributes
     ----------
-    file
-        A table or list with a row for each member; None if ``vary`` or ``sample`` state them.
+    member_file
+        File with a row for each member; None if ``vary`` or ``sample`` give them.
     vary
         Ranges of values, ``NAME=RANGE``.
     sample
-        Distributions of values, ``NAME ~ KIND(FIRST, SECOND)``, which take precedence.
-    number, seed
-        Of the members that are drawn.
-
-    Raises
-    ------
-    InputError
-        Located: what is wrong with them.
+        Distributions of values, ``NAME ~ KIND(FIRST, SECOND)``.
+    number
+        Number of members that are drawn.
+    seed
+        What they are drawn by.
+    final
+        The end of each is kept in place of its samples.
+    columns
+        Names of the columns that are kept, or ``all``; None if nothing was said.
+    reductions
+        Numbers of motions that are kept.
+    map_names
+        Names of the axes of the map that is drawn; None for no map.
+    jobs
+        Number of members at a time; None for the number of cores.
+    scheduler
+        Address of the scheduler of the cluster that runs them; None for this machine.
+    resume
+        True to go on with the members that are still to be simulated.
     """
-    from lagrange_cli.simulate.ensemble.plan.sampling import sampled
-    from lagrange_cli.simulate.ensemble.plan.sources import grid, read_members
 
-    if sample:
-        return sampled(sample, number, seed)
-    return grid(vary) if file is None else read_members(file)
+    member_file: str | None
+    vary: tuple[str, ...]
+    sample: tuple[str, ...]
+    number: int | None
+    seed: int | None
+    final: bool
+    columns: tuple[str, ...] | None
+    reductions: tuple[Reduction, ...]
+    map_names: tuple[str, ...] | None
+    jobs: int | None
+    scheduler: str | None
+    resume: bool
+
+    def members(self) -> Members:
+        """Read the members.
+
+        Raises
+        ------
+        InputError
+            Located: what is wrong with them.
+        """
+        from lagrange_cli.simulate.ensemble.plan.sampling import sampled
+        from lagrange_cli.simulate.ensemble.plan.sources import grid, read_members
+
+        if self.sample:
+            return sampled(self.sample, self.number or 0, self.seed or 0)
+        return grid(self.vary) if self.member_file is None else read_members(self.member_file)
+
+    def plane(self, members: Members, plot: str | None) -> Plane | None:
+        """Return the plane of the map in the file ``plot``, None if none is drawn."""
+        if self.map_names is None or plot is None:
+            return None
+        from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
+        from lagrange_cli.simulate.results.plot import require_map_ending
+
+        require_map_ending(ending_of(plot).lstrip("."))
+        return Plane.of_axes(members, self.map_names)
+
+    def selection(self, members: Members, output: str | None) -> Selection:
+        """Return the columns to keep; without a file figures and reductions alone are kept."""
+        from lagrange_cli.simulate.ensemble.plan.plan import Selection
+
+        columns, final = self.columns, self.final
+        if output is None and ((final and not self.map_names) or columns is not None):
+            raise _refused("--final and --columns say what a file keeps", "-o ensemble.npz")
+        if output is None:
+            return Selection((), final, self.reductions)
+        final = final or (columns is None and len(members) > MOST_WITH_SAMPLES)
+        names = None if columns == ("all",) else () if final else columns
+        return Selection(names, final, self.reductions)
 
 
 def written_reductions(texts: Iterable[str]) -> tuple[Reduction, ...]:
@@ -58,28 +116,8 @@ def written_reductions(texts: Iterable[str]) -> tuple[Reduction, ...]:
     return tuple(read_reduction(text) for text in dict.fromkeys(texts))
 
 
-def plane_of(members: Members, names: tuple[str, ...], plot: str) -> Plane:
-    """Return the plane of two names that members vary, for a map in the file ``plot``.
-
-    Raises
-    ------
-    InputError
-        Maps cannot be written so, or members are not all combinations of some values of these.
-    """
-    from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-    from lagrange_cli.simulate.results.plot import require_map_ending
-
-    require_map_ending(ending_of(plot).lstrip("."))
-    return Plane.of_axes(members, names)
-
-
-def require_result(output: str) -> None:
-    """Refuse a file or store that no ensemble can be written to, by its name."""
-    from lagrange_cli.simulate.ensemble.store import opening
-
-    if opening.ending_of(output) is None:
-        message = f"an ensemble is written as {', '.join(opening.ENDINGS)}"
-        raise InputError(Problem(message, hint="-o ensemble.npz", rule="ensemble"))
+def _refused(message: str, hint: str) -> InputError:
+    return InputError(Problem(message, hint=hint, rule="ensemble"))
 
 
 @dataclass(frozen=True)
@@ -90,6 +128,8 @@ class PlannedEnsemble:
     ----------
     asked
         The options of each member, and the files.
+    choice
+        The members as they were asked for.
     members
         Values of all members.
     plan
@@ -101,6 +141,7 @@ class PlannedEnsemble:
     """
 
     asked: SimulationRequest
+    choice: MemberChoice
     members: Members
     plan: Plan
     times: Array
@@ -118,8 +159,8 @@ class PlannedEnsemble:
 
         return blocks_of(self.plan, self.members)
 
-    def open_store(self, *, resume: bool) -> Store:
-        """Open the store of the result, with ``resume`` that of an interrupted run.
+    def open_store(self) -> Store:
+        """Open the store of the result, or that of an interrupted run to go on.
 
         Raises
         ------
@@ -131,7 +172,7 @@ class PlannedEnsemble:
 
         if self.drawn is not None and self.asked.output is None:
             return MemoryStore(self.blocks.size)
-        return open_store(self.asked.output, self.blocks, resume=resume)
+        return open_store(self.asked.output, self.blocks, resume=self.choice.resume)
 
     def run(
         self,
@@ -176,39 +217,37 @@ class PlannedEnsemble:
         write_file(self.asked.plot, draw_map(picture, ending_of(self.asked.plot).lstrip(".")))
 
 
-def planned(
-    asked: SimulationRequest,
-    members: Members,
-    *,
-    columns: tuple[str, ...] | None,
-    final: bool,
-    reductions: tuple[Reduction, ...],
-    plane: Plane | None = None,
-) -> PlannedEnsemble:
-    """Plan the runs of all members.
-
-    Parameters
-    ----------
-    columns
-        Names of the columns to store of all samples; None for all.
-    final
-        All columns are stored at the last sample.
-    reductions
-        Numbers to store of each motion.
-    plane
-        The plane of the map that is drawn.
+def planned(asked: SimulationRequest, choice: MemberChoice) -> PlannedEnsemble:
+    """Plan the runs of all members; the workspace is told what differs from one motion.
 
     Raises
     ------
     InputError
         Located: the scene, the members or the options are wrong.
     """
-    from lagrange_cli.simulate.ensemble.plan.plan import Selection, plan_members
+    from lagrange_cli.simulate.ensemble.plan.plan import plan_members
+    from lagrange_cli.simulate.ensemble.store import opening
 
+    output, workspace = asked.output, asked.scene.workspace
+    if output is not None and opening.ending_of(output) is None:
+        raise _refused(f"an ensemble is written as {', '.join(opening.ENDINGS)}", "-o ensemble.npz")
+    if choice.resume and output is None:
+        raise _refused("--resume needs the file that the result was to be", "-o ensemble.npz")
+    members = choice.members()
+    plane = choice.plane(members, asked.plot)
+    selection = choice.selection(members, output)
+    if selection.final and not choice.final:
+        remark = (
+            f"more than {MOST_WITH_SAMPLES:,} members: their ends are kept, not their samples;"
+            " --columns all keeps these"
+        )
+        workspace.tell((), [remark])
     extra = asked.columns
-    if "energy" in (columns or ()) and "energy" not in extra:
+    if "energy" in (selection.columns or ()) and "energy" not in extra:
         extra = (*extra, "energy")
-    models = RememberedMembers(replace(asked.scene, reductions=reductions))
-    selection = Selection(columns, final, reductions)
+    models = RememberedMembers(replace(asked.scene, reductions=choice.reductions))
     plan, times = plan_members(models, members, asked.options, extra=extra, selection=selection)
-    return PlannedEnsemble(asked, members, plan, times, plane)
+    if not plan.alone:
+        remark = "each member is derived by itself: its values may change the equations"
+        workspace.tell((), [remark])
+    return PlannedEnsemble(asked, choice, members, plan, times, plane)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.ensembles import MOST_WITH_SAMPLES, MemberChoice, written_reductions
 from lagrange_cli.api.simulations import SimulationRequest
 from lagrange_cli.cli import engines
 from lagrange_cli.cli import options as shared
@@ -17,12 +16,6 @@ from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
-
-if TYPE_CHECKING:
-    from lagrange_cli.api import Cluster, Members, Reduction
-
-#: Members of which all samples are kept unless something else is asked for.
-MOST_WITH_SAMPLES = 10_000
 
 #: Arguments of the command that are passed on to :func:`member_choice` as they are.
 MEMBER_OPTIONS = (
@@ -124,52 +117,6 @@ ensemble_options = shared.in_order(
 )
 
 
-@dataclass(frozen=True)
-class MemberChoice:
-    """The options on the members of an ensemble.
-
-    Attributes
-    ----------
-    member_file
-        File with a row for each member; None if ``vary`` or ``sample`` give them.
-    vary
-        Ranges of values, ``NAME=RANGE``.
-    sample
-        Distributions of values, ``NAME ~ KIND(FIRST, SECOND)``.
-    number
-        Number of members that are drawn.
-    seed
-        What they are drawn by.
-    final
-        The end of each is kept in place of its samples.
-    columns
-        Names of the columns that are kept, or ``all``; None if nothing was said.
-    reductions
-        Numbers of motions that are kept.
-    map_names
-        Names of the axes of the map that is drawn; None for no map.
-    jobs
-        Number of members at a time; None for the number of cores.
-    scheduler
-        Address of the scheduler of the cluster that runs them; None for this machine.
-    resume
-        True to go on with the members that are still to be simulated.
-    """
-
-    member_file: str | None
-    vary: tuple[str, ...]
-    sample: tuple[str, ...]
-    number: int | None
-    seed: int | None
-    final: bool
-    columns: tuple[str, ...] | None
-    reductions: tuple[Reduction, ...]
-    map_names: tuple[str, ...] | None
-    jobs: int | None
-    scheduler: str | None
-    resume: bool
-
-
 def member_choice(
     *,
     member_file: str | None,
@@ -233,11 +180,9 @@ def member_choice(
     if (plot is None) != (map_names is None):
         hint = "--map theta1,theta2 --plot map.png draws a number of its members over a plane"
         raise _usage("an ensemble is drawn as a map, into the file of --plot", hint)
-    from lagrange_cli.api.ensembles import written_reductions
-
-    read = written_reductions(reductions)
     drawn = sample, number, seed
     run = jobs, scheduler, resume is not None
+    read = written_reductions(reductions)
     return MemberChoice(member_file, vary, *drawn, final, kept_columns, read, map_names, *run)
 
 
@@ -246,49 +191,6 @@ _SOURCES = "--ensemble FILE, --vary NAME=RANGE or --sample 'NAME ~ uniform(0,1)'
 
 def _usage(message: str, hint: str = "") -> InputError:
     return InputError(Problem(message, hint=hint, rule="ensemble"))
-
-
-def chosen_members(choice: MemberChoice) -> Members:
-    """Read the members that the options name.
-
-    Raises
-    ------
-    InputError
-        Located: what is wrong with them.
-    """
-    from lagrange_cli.api.ensembles import written_members
-
-    return written_members(
-        file=choice.member_file,
-        vary=choice.vary,
-        sample=choice.sample,
-        number=choice.number or 0,
-        seed=choice.seed or 0,
-    )
-
-
-def _members(choice: MemberChoice, output: str | None) -> Members:
-    from lagrange_cli.api.ensembles import require_result
-
-    if output is not None:
-        require_result(output)
-    if choice.resume and output is None:
-        raise _usage("--resume needs the file that the result was to be", "-o ensemble.npz")
-    return chosen_members(choice)
-
-
-def _selection(
-    choice: MemberChoice, members: Members, output: str | None
-) -> tuple[tuple[str, ...] | None, bool]:
-    """Return the columns to keep, and whether ends are; without a file numbers alone are kept."""
-    columns, final = choice.columns, choice.final
-    if output is None and ((final and not choice.map_names) or columns is not None):
-        raise _usage("--final and --columns say what a file keeps", "-o ensemble.npz")
-    if output is None:
-        return (), choice.final
-    if columns is None and len(members) > MOST_WITH_SAMPLES:
-        final = True
-    return (None if columns == ("all",) else () if final else columns), final
 
 
 def simulate_ensemble(
@@ -301,56 +203,31 @@ def simulate_ensemble(
     InputError
         The scene, the members or the options are wrong, or the cluster.
     """
-    with engines.cluster(session, choice.scheduler, choice.jobs) as cluster:
-        return _simulate(session, choice, asked, cluster, as_json=as_json)
-
-
-def _simulate(
-    session: Session,
-    choice: MemberChoice,
-    asked: SimulationRequest,
-    cluster: Cluster | None,
-    *,
-    as_json: bool,
-) -> int:
-    from lagrange_cli.api.ensembles import plane_of, planned
+    from lagrange_cli.api.ensembles import planned
     from lagrange_cli.report.ensemble import FORMATS, SimulatedMembers
 
-    started = perf_counter()
-    members = _members(choice, asked.output)
-    plane = None
-    if choice.map_names is not None and asked.plot is not None:
-        plane = plane_of(members, choice.map_names, asked.plot)
-    columns, final = _selection(choice, members, asked.output)
-    if final and not choice.final:
-        session.remark(
-            f"more than {MOST_WITH_SAMPLES:,} members: their ends are kept, not their samples;"
-            " --columns all keeps these"
-        )
-    ensemble = planned(
-        asked, members, columns=columns, final=final, reductions=choice.reductions, plane=plane
-    )
-    if not ensemble.plan.alone:
-        session.remark("each member is derived by itself: its values may change the equations")
-    store = ensemble.open_store(resume=choice.resume)
-    begun = perf_counter()
-    jobs = choice.jobs or shared.cores()
-    try:
-        with session.progress("integrating") as move:
-            complete = ensemble.run(store, jobs=jobs, cluster=cluster, progress=move)
-    except Terminated:
+    with engines.cluster(session, choice.scheduler, choice.jobs) as cluster:
+        started = perf_counter()
+        ensemble = planned(asked, choice)
+        store = ensemble.open_store()
+        begun = perf_counter()
+        jobs = choice.jobs or shared.cores()
+        try:
+            with session.progress("integrating") as move:
+                complete = ensemble.run(store, jobs=jobs, cluster=cluster, progress=move)
+        except Terminated:
+            _say_how_to_go_on(session, asked.output)
+            raise
+        if complete:
+            store.complete(ensemble.times)
+        seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
+        report = SimulatedMembers(ensemble.plan, ensemble.members, store, asked.output, seconds)
+        print_report(report, FORMATS, as_json=as_json)
+        if complete:
+            ensemble.draw(store)
+            return 0 if set(report.counts()) == {"ok"} else 1
         _say_how_to_go_on(session, asked.output)
-        raise
-    if complete:
-        store.complete(ensemble.times)
-    seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
-    report = SimulatedMembers(ensemble.plan, members, store, asked.output, seconds)
-    print_report(report, FORMATS, as_json=as_json)
-    if complete:
-        ensemble.draw(store)
-        return 0 if set(report.counts()) == {"ok"} else 1
-    _say_how_to_go_on(session, asked.output)
-    return INTERRUPTED if asked.options.budget is None else 1
+        return INTERRUPTED if asked.options.budget is None else 1
 
 
 def _say_how_to_go_on(session: Session, output: str | None) -> None:

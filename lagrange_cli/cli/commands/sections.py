@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.api.ensembles import MemberChoice
 from lagrange_cli.api.simulations import SectionSearch, SimulationRequest
 from lagrange_cli.cli import options as shared
-from lagrange_cli.cli.commands.ensemble import MemberChoice, chosen_members
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.interrupts import noted_interrupts
 from lagrange_cli.cli.terminal.output import print_report
@@ -71,7 +71,7 @@ def find_section(
     if choice is None:
         section, code = _of_one(session, search)
     else:
-        members = chosen_members(choice)
+        members = choice.members()
         with session.progress("integrating") as progress:
             section = search.of_members(members, choice.jobs or shared.cores(), progress)
     session.explain_code()
