@@ -434,9 +434,7 @@ FRENCH = {
     "No configuration satisfies these equations: the forces cannot balance.": (
         "Aucune configuration ne satisfait ces équations\u00a0: les forces ne peuvent se compenser."
     ),
-    "For all values of the parameters these equations are satisfied only by": (
-        "Pour toutes les valeurs des paramètres, ces équations ne sont satisfaites que par"
-    ),
+    "These equations are satisfied exactly by": ("Ces équations sont satisfaites exactement par"),
     "These equations are satisfied, among others perhaps, by": (
         "Ces équations sont satisfaites, peut-être entre autres, par"
     ),

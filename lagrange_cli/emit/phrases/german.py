@@ -434,9 +434,7 @@ GERMAN = {
     "No configuration satisfies these equations: the forces cannot balance.": (
         "Keine Lage erfüllt diese Gleichungen: Die Kräfte können sich nicht aufheben."
     ),
-    "For all values of the parameters these equations are satisfied only by": (
-        "Für alle Werte der Parameter erfüllen diese Gleichungen nur"
-    ),
+    "These equations are satisfied exactly by": ("Diese Gleichungen erfüllen genau"),
     "These equations are satisfied, among others perhaps, by": (
         "Diese Gleichungen erfüllen, vielleicht neben anderen,"
     ),

@@ -133,7 +133,7 @@ def equilibrium(writer: StepsWriter) -> Section | None:
     if not points:
         text = say("No configuration satisfies these equations: the forces cannot balance.")
     elif forms.complete and len(points) == len(forms.points):
-        text = say("For all values of the parameters these equations are satisfied only by")
+        text = say("These equations are satisfied exactly by")
     else:
         text = say("These equations are satisfied, among others perhaps, by")
     blocks = _joined(block for point in points for block in _solution(writer, point))
