@@ -463,9 +463,36 @@ class Judge:
         return sp.Add(*(along[n] * sp.diff(places[n], symbol(self.now)) for n in along))
 
     def bend(self, name: str) -> sp.Expr:
-        """The acceleration of a Cartesian name; one that is not written vanishes."""
-        own = symbol(f"ddot({name})") if name in self.coordinates else _ZERO
-        return self.bent.get(name, own)
+        """The acceleration of a Cartesian name."""
+        place = self.places.get(name, symbol(name))
+        return self.bent[name] if name in self.bent else self.along(self.along(place))
+
+    def virtual_work(self, line: Line) -> None:
+        """Q of each coordinate at rest, and what vanishes with it."""
+        if line.words:
+            found = re.fullmatch(r"For delta\((.*)\):", line.title)
+            if found:
+                self.now, self.parts[found[1]] = found[1], {}
+            return
+        if "_j" in line.label or "delta(" in line.label:
+            return
+        parts = self.parts[self.now]
+        chain = [e for e in line.chain if not e.startswith("sum_i")]
+        if line.chain == ("0",):
+            balance = parts["work"] - parts.get("inertia", _ZERO) - parts.get("alone", _ZERO)
+            self.require(line, self.rest(balance + self.pushes(self.now)), (line.label,))
+        elif line.label.startswith("sum_i") and "ddot" in line.label:
+            parts["inertia"] = self.require(line, self.rest(self.moved("inertia")))
+        elif line.label == f"Q_{self.now}":
+            formulas = chain[:-1] if len(chain) > 1 and chain[-1] == "0" else chain
+            parts["work"] = self.require(line, self.rest(self.moved("work")), formulas)
+        else:
+            parts["alone"] = self.require(line, None)
+
+    def rest(self, expression: sp.Expr) -> sp.Expr:
+        """An expression at rest."""
+        rates = (symbol(f"{d}({c})") for c in self.coordinates for d in ("dot", "ddot"))
+        return expression.xreplace(dict.fromkeys(rates, _ZERO))
 
     def comparison(self, line: Line) -> None:
         if line.words or "q_j" in line.label:
@@ -558,6 +585,7 @@ _SECTIONS = {
     "Lagrange's equations": Judge.lagrange,
     "Applied forces": Judge.applied,
     "d'Alembert's principle": Judge.dalembert,
+    "Principle of virtual work": Judge.virtual_work,
     "The same by Lagrange's equations": Judge.comparison,
     "Newton's equations": Judge.newton,
     "Cyclic coordinates, momenta and energy": Judge.conclusions,

@@ -96,7 +96,7 @@ PARTS = (
         "steps",
         "Printed steps",
         "Steps of all shipped scenes and of generated ones, by Lagrange's equations and by"
-        " d'Alembert's principle, are read back from their text; each formula is derived anew from"
+        " d'Alembert's principle, and by virtual work, are read back from their text; each formula is derived anew from"
         " the lines printed above it.",
         ("--scenes", "300"),
     ),

@@ -2,8 +2,8 @@
 
 Steps of all shipped scenes that have some, and of generated ones, are read back from their text
 and derived anew, line by line, from what is printed above: positions, velocities, T, V, L, forces,
-equations, momenta, the energy function and its rate, by Lagrange's equations and by d'Alembert's
-principle. Generated scenes have constants and functions of time in T and V, moving supports,
+equations, momenta, the energy function and its rate, by Lagrange's equations, by d'Alembert's
+principle, and by virtual work. Generated scenes have constants and functions of time in T and V, moving supports,
 friction, forces, potentials and inertia over names and over coordinates, and constraints that keep
 multipliers. The judge (printed_steps.py) knows the text, the masses and the coordinates alone.
 
@@ -31,7 +31,7 @@ from lagrange_cli.errors import InputError, InternalError
 
 SYSTEMS = Path(__file__).parents[1] / "systems"
 
-WAYS = ("lagrange", "dalembert")
+WAYS = ("lagrange", "dalembert", "virtual-work")
 
 #: Rules of refusals that are no steps at all.
 WITHOUT = "steps-too-long"
@@ -143,13 +143,12 @@ def verdict(kind: str, scene: LoadedScene, way: str, text: str = "") -> Judged:
     """Derive a scene and judge its steps."""
     kind = f"{kind}, by {way}"
     try:
-        derivation = scene.derive(steps=way, forces=way == "dalembert")
+        judge = judged(scene.derive(steps=way, forces=way == "dalembert"))
     except InputError as error:
         rules = {problem.rule for problem in error.problems}
         return Judged(kind, "without steps" if rules == {WITHOUT} else "refused", text=text)
     except InternalError as error:
         return Judged(kind, "internal error", wrong=(f"{scene.scene.name}: {error!r}",), text=text)
-    judge = judged(derivation)
     name = scene.scene.name
     wrong = tuple(f"{name}: {line}" for line in judge.wrong)
     unread = tuple(f"{name}: {line}" for line in judge.unread)
