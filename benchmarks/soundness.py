@@ -95,9 +95,9 @@ PARTS = (
     Part(
         "steps",
         "Printed steps",
-        "Steps of all shipped scenes and of generated ones, by Lagrange's equations and by"
-        " d'Alembert's principle, and by virtual work, are read back from their text; each formula is derived anew from"
-        " the lines printed above it.",
+        "Steps of all shipped scenes and of generated ones, by Lagrange's equations, by"
+        " d'Alembert's principle, and by virtual work, are read back from their text; each formula"
+        " is derived anew from the lines printed above it.",
         ("--scenes", "300"),
     ),
     Part(

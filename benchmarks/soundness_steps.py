@@ -3,9 +3,10 @@
 Steps of all shipped scenes that have some, and of generated ones, are read back from their text
 and derived anew, line by line, from what is printed above: positions, velocities, T, V, L, forces,
 equations, momenta, the energy function and its rate, by Lagrange's equations, by d'Alembert's
-principle, and by virtual work. Generated scenes have constants and functions of time in T and V, moving supports,
-friction, forces, potentials and inertia over names and over coordinates, and constraints that keep
-multipliers. The judge (printed_steps.py) knows the text, the masses and the coordinates alone.
+principle, and by virtual work. Generated scenes have constants and functions of time in T and V,
+moving supports, friction, forces, potentials and inertia over names and over coordinates, and
+constraints that keep multipliers. The judge (printed_steps.py) knows the text, the masses and the
+coordinates alone.
 
     python benchmarks/soundness_steps.py --scenes 500 --seed 1
 """

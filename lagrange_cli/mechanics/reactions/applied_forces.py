@@ -41,6 +41,8 @@ class AppliedForces:
         The part of the dynamic forces that terms in other coordinates exert on a single particle.
     shared
         Names of particles of which several move with the coordinates of unattached terms.
+    passed_on
+        Names of the unattached terms on whose coordinates some particle moves.
     """
 
     positional: dict[sp.Symbol, sp.Expr]
@@ -48,6 +50,7 @@ class AppliedForces:
     unattached: tuple[str, ...]
     attached: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
     shared: tuple[str, ...] = ()
+    passed_on: tuple[str, ...] = ()
 
     def along(self, symbol: sp.Symbol) -> sp.Expr:
         """−F along one symbol."""
@@ -58,9 +61,12 @@ def applied_forces(derivation: Uncertified) -> AppliedForces:
     """Collect the applied forces of a scene, with opposite sign."""
     reader = _Reader(derivation)
     applied = reader.applied_forces()
-    for group in _moving_together(derivation):
+    groups = _moving_together(derivation)
+    for group in groups:
         applied = reader.attached(applied, group)
-    return applied
+    moving = frozenset().union(*(group.coordinates for group in groups))
+    names = (n for n in applied.unattached if not reader.unattached[n].isdisjoint(moving))
+    return replace(applied, passed_on=tuple(names))
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def derive_constraint_forces(
         tuple(reactions),
         _form(equations, [*forces.along.values(), *(r.multiplier for r in reactions)]),
         undetermined,
-        applied.unattached,
+        applied.passed_on,
         applied.shared,
         weightless(derivation),
     )

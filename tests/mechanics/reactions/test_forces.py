@@ -339,6 +339,17 @@ coordinates: [phi, x]
     assert bool(found.included) == bool(shared)
 
 
+def test_what_moves_no_particle_is_not_passed_on():
+    e = written("""
+parameters: {m: 1, J: 2, k: 3}
+particles: {block: {mass: m, position: [x, 0, 0]}}
+coordinates: [x, phi]
+kinetic: {spin: J*dot(phi)^2/2}
+potentials: {torsion: k*phi^2/2}
+""")
+    assert e.derivation.constraint_forces.included == ()
+
+
 def test_a_spring_beside_an_inertia_in_coordinates_is_not_unique():
     e = written("""
 parameters: {m: 1, R: 1, k: 3}
