@@ -349,6 +349,50 @@ def test_a_lever_is_a_bar_through_its_fulcrum():
     assert "F" in captions(sketch)
 
 
+LADDER = """
+parameters: {m: 1, l: 2, g: 9.81}
+plane: xz
+particles: {middle: {mass: m, position: [l*cos(a), 0, l*sin(a)]}}
+points: {top: [0, 0, 2*l*sin(a)], foot: [2*l*cos(a), 0, 0]}
+coordinates: [a]
+potentials: {weight: {gravity: g}}
+initial: {a: 1}
+"""
+
+
+def test_the_middle_of_a_ladder_is_on_its_bar_and_on_no_rod_from_the_corner():
+    sketch = sketch_of(loads(LADDER).derive().equations)
+    assert len(strokes(sketch, "rod")) == 2
+    assert len(strokes(sketch, "radius")) == 1
+    assert strokes(sketch, "ground") == []
+
+
+HOOP_WITH_BEAD = """
+parameters: {a: 1.5, b: 1}
+plane: xz
+particles: {hoop: {mass: 1, position: [a*phi, 0, a]}, bead: {mass: 2, position: SPOT}}
+coordinates: [phi]
+initial: {phi: 0.3}
+"""
+
+
+@pytest.mark.parametrize(
+    ("spot", "rolls"),
+    [
+        ("[a*phi - a*sin(phi), 0, a - a*cos(phi)]", True),
+        ("[a*phi + a*sin(phi), 0, a - a*cos(phi)]", False),  # it turns the other way
+        ("[a*phi - b*sin(phi), 0, a - b*cos(phi)]", False),  # within the rim
+    ],
+)
+def test_a_hoop_has_a_particle_on_its_rim(spot, rolls):
+    """Its circle, a spoke and the ground; the ladder's middle is no wheel though it moves like
+    one on a circle."""
+    sketch = sketch_of(loads(HOOP_WITH_BEAD.replace("SPOT", spot)).derive().equations)
+    assert len(strokes(sketch, "wheel")) == (2 if rolls else 0)
+    assert bool(strokes(sketch, "ground")) == rolls
+    assert not strokes(sketch_of(loads(LADDER).derive().equations), "wheel")
+
+
 def test_a_force_along_a_rod_pushes_against_its_end():
     """Beck's follower load on Ziegler's column, which is seen above the column."""
     sketch = sketch_of(derived("zieglers_column"))

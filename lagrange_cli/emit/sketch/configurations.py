@@ -15,6 +15,7 @@ import mpmath
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.depiction import MOST_BODIES
 from lagrange_cli.mechanics.free_symbols import require_given, unknown_names
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
@@ -110,6 +111,16 @@ class Configurations:
         """Return the positions of the bodies, shape (bodies, 3)."""
         numbers = {**self.values, **(values or {})}
         return self._positions([*q, t, *(numbers[s] for s in self.values)]).reshape(-1, 3)
+
+    def slopes(self, number: int) -> Array:
+        """Return ∂r/∂q of all bodies by one coordinate, shape (K, bodies, 3)."""
+        bodies: _Bodies = (*self.equations.system.particles, *self.depiction.points)
+        coordinates = [c.q for c in self.equations.system.coordinates]
+        rows = [derivative(e, coordinates[number]) for body in bodies for e in body.position]
+        function = Function(rows, [*coordinates, self.equations.system.t, *self.values])
+        states = zip(self.q, self.times, strict=True)
+        values = [function([*q, float(t), *self.values.values()]) for q, t in states]
+        return np.array(values).reshape(len(self.q), -1, 3)
 
     def turned(self, number: int, angle: float, state: int = 0) -> Array:
         """Return the positions with one coordinate off by ``angle``, closures left aside."""

@@ -150,6 +150,7 @@ def _add_bars(known: Findings) -> None:
     """
     if len(known.names) > MOST_SOUGHT or len(known.places) < 4:
         return
+    sliding = set[int]()
     for triple in combinations(range(len(known.names)), 3):
         if _is_rigid_line(known, triple):
             middle = min(triple, key=lambda k: max(known.distances(k, j)[0] for j in triple))
@@ -157,6 +158,17 @@ def _add_bars(known: Findings) -> None:
                 _add_bar(known, middle, end)
             if any(map(known.is_fixed, triple)):
                 known.barred |= {*triple}
+            else:
+                sliding |= {*triple}
+    known.links[:] = [_as_position_vector(known, link, sliding) for link in known.links]
+
+
+def _as_position_vector(known: Findings, link: Link, sliding: set[int]) -> Link:
+    """Return a line from a fixed place to a bar that moves as a position vector: it is no rod."""
+    found_rod = link.kind == "rod" and not link.stated
+    if found_rod and known.is_fixed(link.ends[0]) and link.ends[1] in sliding:
+        return Link("radius", link.ends, link.size)
+    return link
 
 
 def _is_rigid_line(known: Findings, triple: tuple[int, int, int]) -> bool:

@@ -4,7 +4,9 @@ An angle that no position depends on, and whose rate times a constant length is 
 particle in all motions that the constraints allow, is that of a wheel about the particle if the
 scene says where it touches the ground: the particle is at that length from a curve or surface that
 the length is no part of, or gravity presses it on a slope and a constraint says that it rolls. A
-load on the rope of a drum moves like a wheel, and is none.
+load on the rope of a drum moves like a wheel, and is none. A coordinate that moves a particle
+straight on and turns another body about it at the same speed is that of a wheel with the body on
+its rim.
 """
 
 from __future__ import annotations
@@ -80,7 +82,7 @@ def find_wheels(configurations: Configurations, down: Array | None) -> list[Whee
         return []
     if any(c.rate != 0 and c.kind == "position" for c in equations.system.closures):
         return []
-    wheels: list[Wheel] = []
+    wheels = list(_with_a_body_on_the_rim(configurations))
     for name, angle in _angles(configurations):
         wheel = next(_about_particles(configurations, down, name, angle), None)
         if wheel is not None and all(
@@ -125,6 +127,52 @@ def _about_particles(
                     yield wheel
         except DomainError:
             continue
+
+
+def _with_a_body_on_the_rim(configurations: Configurations) -> Iterator[Wheel]:
+    """Find wheels whose angle alone moves their centre and a body on their rim."""
+    for centre in range(configurations.particles):
+        alone = configurations.depends[centre]
+        rims = [k for k, on in enumerate(configurations.depends) if on == alone and k != centre]
+        if len(alone) == 1:
+            tried = (_rim_wheel(configurations, centre, rim, *alone) for rim in rims)
+            yield from [wheel for wheel in tried if wheel is not None][:1]
+
+
+def _rim_wheel(configurations: Configurations, centre: int, rim: int, number: int) -> Wheel | None:
+    """Tell whether a body goes round a particle as the rim of a wheel that rolls straight on."""
+    spokes = configurations.places[:, rim] - configurations.places[:, centre]
+    radius = float(np.linalg.norm(spokes[0]))
+    size = _size_of_spoke(configurations, centre, rim, radius)
+    if size is None:
+        return None
+    places = configurations.slopes(number)
+    speeds = places[:, centre] / radius
+    turning, spokes = (places[:, rim] - places[:, centre]) / radius, spokes / radius
+    along, across = ((speeds * part).sum(axis=1)[:, None] for part in (spokes, turning))
+    normals = across * spokes - along * turning
+    units = [np.linalg.norm(rows, axis=1) - 1 for rows in (spokes, turning, speeds, normals)]
+    angles = np.arctan2(-along, -across)[:, 0] - configurations.q[:, number]
+    off = [*units, np.ptp(speeds, axis=0), np.ptp(normals, axis=0), np.sin(angles / 2)]
+    if max(float(np.abs(part).max()) for part in off) > SAME:
+        return None
+    contact = configurations.places[0, centre] - radius * normals[0]
+    ground = np.array([contact - 2.2 * radius * speeds[0], contact + 2.2 * radius * speeds[0]])
+    name, angle = configurations.equations.system.coordinates[number].name, configurations.q[0]
+    return Wheel(centre, name, float(angle[number]), radius, size, normals[0], speeds[0], ground)
+
+
+def _size_of_spoke(
+    configurations: Configurations, centre: int, rim: int, radius: float
+) -> Symbol | None:
+    """Return the parameter that is the distance of two bodies, whatever its value."""
+    for size, value in configurations.values.items():
+        if radius > 0 and abs(value - radius) <= SAME * radius:
+            longer = {size: 1.17 * value}
+            places = configurations.moved(configurations.q[0], configurations.times[0], longer)
+            if abs(np.linalg.norm(places[rim] - places[centre]) - 1.17 * value) <= SAME * value:
+                return size
+    return None
 
 
 class _Motion:
