@@ -83,6 +83,18 @@ def test_the_times_of_an_oscillator_are_known(oscillator, condition, first, peri
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("condition", "place"),
+    [("sqrt(x) = 0.5", 0.25), ("tan(x) = 0.5", 0.5), ("1/x = 2, x > 0", 0.5)],
+)
+def test_poles_and_places_without_values_are_no_points(oscillator, condition, place):
+    section = oscillator.section(condition, until=6.5, accuracy=1e-9)
+    first = np.arccos(np.arctan(place) if "tan" in condition else place)
+    (points,) = section.members
+    assert points.complete
+    assert section.t == pytest.approx([first, 2 * np.pi - first], abs=1e-8)
+
+
 def test_a_touch_is_open_and_a_miss_is_none(oscillator):
     touched = oscillator.section("x = 1", until=20)
     np.testing.assert_allclose(touched.members[0].open, 2 * np.pi * np.arange(1, 4), atol=1e-4)
@@ -312,6 +324,7 @@ def test_a_member_that_cannot_begin_is_named():
         ("ddot(theta) = 0", 1, 11, "neither accelerations"),
         ("k = 1", 1, 5, "nothing in this equation"),
         ("sign(theta) = 0", 1, 15, "jumps"),
+        ("1/theta = 0", 1, 11, "never holds"),
         ("theta == 0", 7, 2, "'=='"),
         ("theta = ", 9, 1, "found nothing"),
         ("theta = 1/0", 11, 1, "division by zero"),

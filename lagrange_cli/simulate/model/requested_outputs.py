@@ -22,7 +22,7 @@ from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.scene.language.written_text import INEQUALITIES, WrittenText
 
 if TYPE_CHECKING:
-    from sympy import Expr, Rational
+    from sympy import Expr, Rational, Symbol
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Coordinate
@@ -192,7 +192,8 @@ def with_section(equations: Equations, condition: WrittenCondition) -> Equations
         message = "sections of motions with contacts, where velocities jump, are not found"
         raise InputError(Problem(message, hint="--plot-of shows samples", rule="section"))
     equation, *inequalities = _read_condition(equations, condition)
-    return with_values(equations, "section", [_modulo_turns(equations, equation), *inequalities])
+    equation = _modulo_turns(equations, _without_poles(equations, equation))
+    return with_values(equations, "section", [equation, *inequalities])
 
 
 def free_coordinates(equations: Equations, condition: WrittenCondition) -> tuple[str, ...]:
@@ -212,6 +213,24 @@ def _turns(equations: Equations, coordinate: Coordinate) -> bool:
 
     everything = (equations.system.lagrangian, *equations.system.forcing)
     return coordinate.is_angle and all(is_periodic(e, coordinate.q) for e in everything)
+
+
+def _without_poles(equations: Equations, difference: Expr) -> Expr:
+    """Return the numerator of a fraction, which vanishes where the fraction does and has no poles
+    beside which that changes its sign; the whole where nothing that moves is below it."""
+    import sympy
+
+    moving = _moving(equations)
+    tangents = [e for e in difference.atoms(sympy.tan) if not moving.isdisjoint(e.free_symbols)]
+    whole = difference.xreplace({e: sympy.sin(e.args[0]) / sympy.cos(e.args[0]) for e in tangents})
+    numerator, denominator = sympy.fraction(sympy.together(whole))
+    return difference if moving.isdisjoint(denominator.free_symbols) else numerator
+
+
+def _moving(equations: Equations) -> set[Symbol]:
+    """Symbols that change along a motion."""
+    moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
+    return moving | {symbol for c in equations.system.coordinates for symbol in (c.q, c.v)}
 
 
 def _modulo_turns(equations: Equations, difference: Expr) -> Expr:
@@ -282,12 +301,16 @@ def _require_section(
     """Refuse an equation that holds always or never, or whose sides jump."""
     import sympy
 
-    moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
-    moving |= {symbol for c in equations.system.coordinates for symbol in (c.q, c.v)}
+    moving = _moving(equations)
     if difference.free_symbols.isdisjoint(moving):
         said = "nothing in this equation changes along a motion"
         hint = "a section is a condition on the state or the time"
         raise condition.refusal(said, start, end, hint)
+    if _without_poles(equations, difference).free_symbols.isdisjoint(moving):
+        said = (
+            "this equation never holds: one side less the other is a fraction with a constant above"
+        )
+        raise condition.refusal(said, start, end, _SECTION)
     if difference.has(sympy.sign):
         said = "'sign' jumps past zero, so that this equation need not hold where it changes sides"
         raise condition.refusal(said, start, end, "write its argument: 'x = 0, dot(x) > 0'")

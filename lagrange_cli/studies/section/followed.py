@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +24,10 @@ from lagrange_cli.studies.section.roots import Zeros, zeros_of
 
 #: Parts into which a panel is divided: more of them need fewer runs, and more samples. Not tuned.
 PARTS = 4
+
+#: Distance of a condition from zero, over its changes in a panel, beyond which it does not vanish
+#: on the way to a border of where it has values. Not tuned.
+_FAR = 10.0
 
 #: Part of the size of a number that polynomials may leave out where they only show its course
 #: between nodes. Not tuned.
@@ -183,15 +188,28 @@ class FollowedMotion:
         """
         flags = np.zeros(len(self.edges) - 1, bool)
         for name, scale in self._sizes():
-            left_out = Series.through(self.edges, self.run.columns[name]).left_out
-            flags |= ~(left_out <= _BLURRED * scale)
+            values = self.run.columns[name]
+            left_out = Series.through(self.edges, values).left_out
+            flags |= ~(left_out <= _BLURRED * scale) & ~self._decided(values)
         return flags
+
+    def _decided(self, values: Array) -> Flags:
+        """Tell where a condition has no value at all, or is far from zero beside the border of
+        where it has some."""
+        rows = np.arange(len(self.edges) - 1)[:, None] * DEGREE + np.arange(DEGREE + 1)
+        within = np.where(np.isfinite(values[rows]), values[rows], np.nan)
+        has_value = np.isfinite(within)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
+            low, high = np.nanmin(within, axis=1), np.nanmax(within, axis=1)
+        far = np.minimum(np.abs(low), np.abs(high)) > _FAR * (high - low)
+        return np.asarray(~has_value.any(axis=1) | (~has_value.all(axis=1) & far))
 
     def _sizes(self) -> Iterator[tuple[str, float]]:
         """Yield the columns of the state and of conditions, with the size of each."""
         yield from zip(self.model.state_names, self.scales.tolist(), strict=True)
         for names in self.names:
-            yield names[0], float(np.abs(self.run.columns[names[0]]).max())
+            sizes = np.abs(self.run.columns[names[0]])
+            yield names[0], float(sizes[np.isfinite(sizes)].max(initial=0.0))
 
     def to_divide(self) -> Flags:
         """Return which panels are too long to resolve points, or their number."""

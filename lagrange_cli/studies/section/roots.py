@@ -55,7 +55,7 @@ def zeros_of(series: Series, errors: Array) -> Zeros:
     extreme = np.concatenate([_turning(series), np.ones(len(inner), bool)])
     order = np.argsort(t, kind="stable")
     t, most, extreme = t[order], most[order], extreme[order]
-    values = series.at(t)
+    values = _defined(series, t)
     at_ends = [0, -1]
     rounding = _rounding(series)
     close = np.abs(values) <= most
@@ -68,6 +68,14 @@ def zeros_of(series: Series, errors: Array) -> Zeros:
     ends = t[at_ends][close[at_ends]]
     between = _refined(series, *_brackets(t, values, ~close))
     return Zeros(np.sort(np.concatenate([between, ends])), t[doubtful])
+
+
+def _defined(series: Series, t: Array) -> Array:
+    """Evaluate a function at some times, at an edge from either side that has values."""
+    values, panels = series.at(t), series.panels_of(t)
+    before = np.flatnonzero(~np.isfinite(values) & (t == series.edges[panels]) & (panels > 0))
+    values[before] = series.within(panels[before] - 1, t[before])
+    return values
 
 
 def _rounding(series: Series) -> Array:
@@ -89,7 +97,9 @@ def _turning(series: Series) -> Flags:
 def _brackets(t: Array, values: Array, known: Flags) -> tuple[Array, Array]:
     """Return the ends of intervals between known values of different signs."""
     t, signs = t[known], np.sign(values[known])
-    change = np.flatnonzero(signs[1:] != signs[:-1])
+    # Nothing is known of zeros where there are no values.
+    has_values = np.isfinite(signs)
+    change = np.flatnonzero((signs[1:] != signs[:-1]) & has_values[1:] & has_values[:-1])
     return t[change], t[change + 1]
 
 
