@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import Content, asked_content
@@ -27,6 +29,7 @@ from lagrange_cli.notation.typst import (
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.emit.steps.sections import Section
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
 
@@ -174,11 +177,23 @@ def emit_typst(
     written_out = bool(options["written_out"])
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
     sections = content.sections(writer, setter.columns)
-    blocks = [_opening(equations, say.code, content.about), *map(setter.section, sections)]
+    blocks = [_opening(equations, say.code, content.about), *_body(sections, setter)]
     return {
         f"{equations.presentation.name}.typ": "\n\n".join("\n".join(block) for block in blocks)
         + "\n"
     }
+
+
+def _body(sections: Sequence[Section], setter: Typesetter) -> Iterator[list[str]]:
+    """Typeset sections; the certificate stays on a page with the end of what stands before it."""
+    for section, follower in zip_longest(sections, sections[1:]):
+        if follower is None or follower.name != "certificate" or not section.blocks:
+            yield setter.section(section)
+        else:
+            *before, last = section.blocks
+            begun = setter.section(replace(section, blocks=tuple(before)))
+            ended = setter.blocks(replace(section, blocks=(last,)))
+            yield [*begun, "#block(sticky: true)[", *ended, "]"]
 
 
 def _opening(equations: Equations, language: str, about: str) -> list[str]:
