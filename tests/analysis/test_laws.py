@@ -115,6 +115,19 @@ def test_what_is_divided_by_may_vanish():
     assert found.complete
 
 
+def test_what_a_longer_list_of_conditions_adds_is_left_out():
+    """With k + c = 0 the first equation has x and y change places; both are 0 as before."""
+    scene = """\
+parameters: {m: {}, k: {}, c: {}}
+particles: {ball: {mass: m, position: [x, y, 0]}}
+coordinates: [x, y]
+potentials: {springs: k*x^2/2 + c*(x - y)^2/2 + k*y^2/2}
+"""
+    laws, found = solved(scene)
+    assert laws == [("c*y/(c + k)", "y", "2*c + k = 0"), ("0", "0")]
+    assert found.nonzero == ("k", "c")
+
+
 def test_a_ladder_needs_a_force():
     laws, found = solved(LADDER)
     assert laws == [("atan(g*m/(2*F))",), ("atan(g*m/(2*F)) + pi",)]

@@ -25,6 +25,7 @@ from lagrange_cli.analysis.equilibria.parameter_relations import (
     all_vanish,
     solved_relation,
 )
+from lagrange_cli.analysis.equilibria.repeats import without_contained
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 from lagrange_cli.analysis.equilibria.single_equation import (
     constant_factors,
@@ -359,6 +360,7 @@ def closed_forms(system: RestSystem) -> ClosedForms | None:
         elif solution is not None:
             points.append(solution)
     nonzero = tuple(s.name for s in solver.facts.order if s in solver.nonzero)
+    points = without_contained(system.equations.system.coordinates, points)
     return ClosedForms(tuple(points), tuple(absent), complete and solver.complete, nonzero)
 
 

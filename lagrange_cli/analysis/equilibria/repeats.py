@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
+    from lagrange_cli.mechanics.system import Coordinate
 
 _DIGITS = 50
 
@@ -45,6 +46,33 @@ def _difference(system: RestSystem, pairs: Sequence[tuple[int, Mpf, Mpf]]) -> Mp
         else:
             largest = max(largest, gap / max(1, abs(a)))
     return largest
+
+
+def without_contained(
+    coordinates: Sequence[Coordinate], points: Sequence[Equilibrium]
+) -> list[Equilibrium]:
+    """Keep closed forms that no other one contains, by its free coordinates or fewer conditions.
+
+    Of equal ones the first stays.
+    """
+    symbols = {c.name: c.q for c in coordinates}
+    kept_points: list[Equilibrium] = []
+    for place, point in enumerate(points):
+        later = (p for p in points[place + 1 :] if not _contains(symbols, point, p))
+        if not any(_contains(symbols, whole, point) for whole in (*kept_points, *later)):
+            kept_points.append(point)
+    return kept_points
+
+
+def _contains(symbols: Mapping[str, sp.Symbol], whole: Equilibrium, part: Equilibrium) -> bool:
+    """Say whether a closed form is another one, with its free coordinates at some values."""
+    if whole.exact is None or part.exact is None:
+        return False
+    if not set(whole.conditions) <= set(part.conditions) or not set(part.free) <= set(whole.free):
+        return False
+    values = dict(zip(symbols, part.exact, strict=True))
+    chosen = {symbols[name]: values[name] for name in whole.free}
+    return tuple(e.xreplace(chosen) for e in whole.exact) == part.exact
 
 
 def without_repeats(system: RestSystem, points: Sequence[Equilibrium]) -> list[Equilibrium]:
