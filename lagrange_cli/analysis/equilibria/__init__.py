@@ -11,6 +11,8 @@ Classical Mechanics, 3rd ed., section 1.4); :mod:`.closed_forms` and :mod:`.sear
 __all__ = [
     "closed_forms",
     "configuration",
+    "laws",
+    "parameter_relations",
     "repeats",
     "rest_functions",
     "rest_system",

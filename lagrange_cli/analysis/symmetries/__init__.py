@@ -6,4 +6,9 @@ and energies with what they are lost to. Read :mod:`.linear_symmetries` first;
 :mod:`.rigid_displacements` recognizes translations, rotations and boosts among them.
 """
 
-__all__ = ["conserved_quantities", "linear_symmetries"]
+__all__ = [
+    "angular_momentum",
+    "conserved_quantities",
+    "linear_symmetries",
+    "starting_values",
+]

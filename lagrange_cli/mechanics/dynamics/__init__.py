@@ -8,6 +8,7 @@ first.
 
 __all__ = [
     "accelerations",
+    "idle_potentials",
     "jumps",
     "lagrange",
     "potential_forces",

@@ -4,4 +4,11 @@ Values of the scene and equations go in; coordinates and velocities that satisfy
 come out, or a refusal with values to paste. Read :mod:`.state` first.
 """
 
-__all__ = ["projection", "rank_deficient_start", "simulation_defaults", "state", "suggestions"]
+__all__ = [
+    "projection",
+    "rank_deficient_start",
+    "simulation_defaults",
+    "state",
+    "suggestions",
+    "written_start",
+]

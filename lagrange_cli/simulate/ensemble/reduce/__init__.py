@@ -6,4 +6,8 @@ out. Intervals of the time are divided until interval arithmetic with Taylor ser
 :mod:`.selection`, then :mod:`.reductions`.
 """
 
-__all__ = ["plane_map", "selection"]
+__all__ = [
+    "dense_motion",
+    "plane_map",
+    "selection",
+]
