@@ -43,6 +43,8 @@ class AppliedForces:
         Names of particles of which several move with the coordinates of unattached terms.
     passed_on
         Names of the unattached terms on whose coordinates some particle moves.
+    free
+        Cartesian names of bodies of which each component moves by itself: nothing constrains them.
     """
 
     positional: dict[sp.Symbol, sp.Expr]
@@ -51,6 +53,7 @@ class AppliedForces:
     attached: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
     shared: tuple[str, ...] = ()
     passed_on: tuple[str, ...] = ()
+    free: frozenset[sp.Symbol] = frozenset()
 
     def along(self, symbol: sp.Symbol) -> sp.Expr:
         """−F along one symbol."""
@@ -111,6 +114,8 @@ def velocity_slopes(derivation: Uncertified, equation: Equation) -> dict[sp.Symb
 
 #: Most coordinates of a particle whose forces are written in the directions ∂r/∂q.
 _MOST_DIRECTIONS = 3
+#: Most components of bodies of which each moves by itself.
+_MOST_COMPONENTS = 6
 
 
 @dataclass(frozen=True)
@@ -170,19 +175,23 @@ def _in_directions(
     """
     coordinates = [c.q for c in reduced.coordinates if c.q in group.coordinates]
     components = [s for s in reduced.resolved if s in group.components]
-    if len(group.bodies) > 1 and len(components) != len(coordinates):
+    is_free = len(components) == len(coordinates)
+    if len(group.bodies) > 1 and not is_free:
         return None
-    if len(coordinates) > _MOST_DIRECTIONS:
+    if len(coordinates) > (_MOST_COMPONENTS if is_free else _MOST_DIRECTIONS):
         return None
     slopes = sp.Matrix(
         [[derivative(reduced.resolved[s], q) for q in coordinates] for s in components]
     )
-    square = (slopes.T * slopes).applyfunc(shortened)
+    work = sp.Matrix([loads.get(q, sp.Integer(0)) for q in coordinates])
+    square = slopes.T if is_free else (slopes.T * slopes).applyfunc(shortened)
     determinant = shortened(square.det(method="berkowitz"))
     if determinant == 0:
         return None
-    rates = square.adjugate() * sp.Matrix([loads.get(q, sp.Integer(0)) for q in coordinates])
-    along = (slopes * rates).applyfunc(lambda e: shortened(shortened(e) / determinant))
+    rates = (square.adjugate() * work).applyfunc(shortened)
+    along = (rates if is_free else slopes * rates).applyfunc(
+        lambda e: shortened(shortened(e) / determinant)
+    )
     return {s: e for s, e in zip(components, along, strict=True) if e != 0}
 
 
@@ -241,7 +250,13 @@ class _Reader:
                 name for name in applied.unattached if not self.unattached[name] <= loads.keys()
             ),
             attached={**applied.attached, **along},
+            free=applied.free | (group.components if self._is_free(group) else frozenset()),
         )
+
+    def _is_free(self, group: _Group) -> bool:
+        """Tell whether nothing constrains the bodies of a group."""
+        is_whole = len(group.components) == len(group.coordinates)
+        return is_whole and not self.derivation.pushing
 
     def _converted(self, terms: Sequence[Term]) -> Iterator[tuple[str, sp.Expr]]:
         for term in terms:

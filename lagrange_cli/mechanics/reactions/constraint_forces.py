@@ -143,7 +143,9 @@ def _forces(derivation: Uncertified, equations: Equations, applied: AppliedForce
     pushes = multiplier_terms(equations)
     along = {}
     for s, mass in masses.items():
-        if s in direct:
+        if s in applied.free:
+            along[s] = sp.Integer(0)
+        elif s in direct:
             along[s] = sp.Add(*pushes[direct[s]])
         else:
             force = mass * _acceleration(derivation, s) + applied.along(s)

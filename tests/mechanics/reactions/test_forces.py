@@ -303,16 +303,23 @@ coordinates: [theta]
     assert found.included == ()
 
 
-def test_two_bodies_that_move_freely_share_their_force_in_one_way():
-    e = written("""
-parameters: {m: 1, M: 2, k: 3}
-particles: {a: {mass: m, position: [X + s, 0, 0]}, b: {mass: M, position: [X - s, 0, 0]}}
-coordinates: [X, s]
-potentials: {spring: k*s^2/2}
+@pytest.mark.parametrize(
+    ("coordinates", "first", "second"),
+    [
+        ("[X, s]", "[X + s, 0, 0]", "[X - s, 0, 0]"),
+        ("[X, Y, s, q]", "[X + s*cos(q), Y + s*sin(q), 0]", "[X - s*cos(q), Y - s*sin(q), 0]"),
+    ],
+)
+def test_two_bodies_that_move_freely_share_their_force_in_one_way(coordinates, first, second):
+    e = written(f"""
+parameters: {{m: 1, M: 2, k: 3}}
+particles: {{a: {{mass: m, position: {first}}}, b: {{mass: M, position: {second}}}}}
+coordinates: {coordinates}
+potentials: {{spring: k*(s - 1)^2/2}}
 """)
     found = e.derivation.constraint_forces
     assert [body.components for body in found.bodies] == [(0, 0, 0)] * 2
-    assert found.shared == ()
+    assert (found.shared, found.included) == ((), ())
 
 
 @pytest.mark.parametrize(
