@@ -304,7 +304,7 @@ class TestInterruption:
         """A simulation that takes minutes, since its phase stays known, writing into a folder."""
         (tmp_path / "slow.yaml").write_text(SLOW)
         (tmp_path / "out").mkdir()
-        words = "simulate slow.yaml -v -o out/t.csv".split()
+        words = ["simulate", "slow.yaml", "-v", "-o", "out/t.csv"]
         process = subprocess.Popen(
             [sys.executable, "-m", "lagrange_cli", *words],
             cwd=tmp_path,
