@@ -370,7 +370,21 @@ def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.E
     ``terms`` are those of L that hold the velocity.
     """
     velocities = [c.v for c in derivation.reduced.coordinates]
-    return _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
+    whole = _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
+    return _with_integers(whole, frozenset(velocities))
+
+
+def _with_integers(whole: sp.Expr, velocities: frozenset[sp.Symbol]) -> sp.Expr:
+    """Write ``½ ρ² (2 m φ̇ + q B)`` as ``m ρ² φ̇ + ½ q B ρ²``; leave other products."""
+    number, product = whole.as_coeff_Mul(rational=True)
+    sums = [f for f in sp.Mul.make_args(product) if f.is_Add]
+    if number.q == 1 or len(sums) != 1:
+        return whole
+    multiples = [t for t in sums[0].args if (number * t.as_coeff_Mul(rational=True)[0]).q == 1]
+    is_mixed = len({symbols_in(t).isdisjoint(velocities) for t in sums[0].args}) == 2
+    if not multiples or not is_mixed:
+        return whole
+    return sp.Add(*(whole.xreplace({sums[0]: t}) for t in sums[0].args))
 
 
 def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:

@@ -73,14 +73,23 @@ def start_symbol(name: str, rank: int, latex: str | None = None) -> DisplaySymbo
 
 
 def abbreviation_of(
-    name: str, level: Dependence, rank: int, latex: str | None = None
+    name: str,
+    level: Dependence,
+    rank: int,
+    latex: str | None = None,
+    *,
+    is_last: bool = False,
 ) -> DisplaySymbol:
-    """Return a symbol for an expression of some dependence; one that moves counts as a function."""
+    """Return a symbol for an expression of some dependence; one that moves counts as a function.
+
+    ``is_last``: it stands behind other factors, as a trigonometric function that moves does.
+    """
     level = min(level, Dependence.COORDINATE)
     moves = int(level >= Dependence.TIME)
     # Behind the parameters.
     traits = OrderTraits(level, 0, moves, f"{rank + 500_000:06d}")
-    return DisplaySymbol(name, 0, latex, traits, abbreviates=True)
+    role = Role.TRIGONOMETRIC if is_last and moves else Role.OTHER
+    return DisplaySymbol(name, 0, latex, traits, role, abbreviates=True)
 
 
 def power_of(base: DisplayNode, exponent: DisplayNode) -> DisplayNode:

@@ -43,29 +43,32 @@ class Place(IntEnum):
     COUPLING = 2
     MASS = 3
     GRAVITY = 4
-    PARAMETER = 5
-    PARAMETER_ROOT = 6
-    PARAMETER_SUM = 7
-    TIME = 8
-    ABBREVIATION = 9
-    UNIT_SUM = 10
-    COORDINATE = 11
-    COORDINATE_SUM = 12
-    VELOCITY = 13
-    VELOCITY_SUM = 14
-    ACCELERATION = 15
-    ACCELERATION_SUM = 16
-    ROOT = 17
-    FUNCTION = 18
-    TRIGONOMETRIC = 19
-    SERIES = 20
+    STRENGTH = 5
+    PARAMETER = 6
+    PARAMETER_ROOT = 7
+    PARAMETER_SUM = 8
+    TIME = 9
+    ABBREVIATION = 10
+    UNIT_SUM = 11
+    COORDINATE = 12
+    COORDINATE_SUM = 13
+    VELOCITY = 14
+    VELOCITY_SUM = 15
+    ACCELERATION = 16
+    ACCELERATION_SUM = 17
+    ROOT = 18
+    FUNCTION = 19
+    TRIGONOMETRIC = 20
+    SERIES = 21
 
 
 _ROLES = {
     Role.COUPLING: Place.COUPLING,
     Role.MASS: Place.MASS,
     Role.GRAVITY: Place.GRAVITY,
+    Role.STRENGTH: Place.STRENGTH,
     Role.START: Place.COORDINATE,
+    Role.TRIGONOMETRIC: Place.TRIGONOMETRIC,
     Role.OTHER: Place.PARAMETER,
 }
 #: The places of symbols and of sums, by dependence.
@@ -104,9 +107,10 @@ def _place(node: DisplayNode) -> Place:
             return Place.CONSTANT
         return Place.PARAMETER_ROOT if level == Dependence.PARAMETER else Place.ROOT
     if isinstance(base, DisplaySymbol):
-        if base.abbreviates and level >= Dependence.TIME:
-            return Place.ABBREVIATION
-        return SYMBOL_PLACES[level] if base.role == Role.OTHER else _ROLES[base.role]
+        if base.role != Role.OTHER:
+            return _ROLES[base.role]
+        moves = base.abbreviates and level >= Dependence.TIME
+        return Place.ABBREVIATION if moves else SYMBOL_PLACES[level]
     if not isinstance(base, DisplaySum):
         return SYMBOL_PLACES[level]
     leader = _leader(base)
@@ -169,8 +173,11 @@ def factor_key(node: DisplayNode) -> FactorKey:
 
 
 def key_beside(factors: list[DisplayNode]) -> Callable[[DisplayNode], FactorKey]:
-    """Return the key of factors of one product: g stands beside masses, else as declared."""
-    if any(_place(f) == Place.MASS for f in factors):
+    """Return the key of factors of one product: g stands beside masses, else as declared.
+
+    Before a sum of parameters it stands too: ``g (R + a) sin θ``.
+    """
+    if any(_place(f) == Place.MASS or _is_led(f) for f in factors):
         return factor_key
 
     def key(node: DisplayNode) -> FactorKey:
@@ -178,6 +185,11 @@ def key_beside(factors: list[DisplayNode]) -> Callable[[DisplayNode], FactorKey]
         return Place.PARAMETER if place == Place.GRAVITY else place, level, text, power
 
     return key
+
+
+def _is_led(node: DisplayNode) -> bool:
+    base = node.base if isinstance(node, DisplayPower) else node
+    return isinstance(base, DisplaySum) and _leader(base) is not None
 
 
 def value_of(exponent: DisplayNumber) -> float:

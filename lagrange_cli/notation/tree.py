@@ -29,7 +29,9 @@ class Role(Enum):
     COUPLING = "G"
     MASS = "a mass"
     GRAVITY = "g"
+    STRENGTH = "a factor of potentials or of dissipation alone, such as a stiffness"
     START = "a coordinate at the start"
+    TRIGONOMETRIC = "an abbreviation of a trigonometric function"
     OTHER = "anything else"
 
 
@@ -299,3 +301,15 @@ def _children(node: DisplayNode) -> tuple[DisplayNode, ...]:
             return node.arguments
         case _:
             return ()
+
+
+def is_rate(node: DisplayCall) -> bool:
+    """Tell whether a function is the first or second derivative of one of the time: ``Ẋ``."""
+    (argument, *others) = node.arguments
+    return (
+        node.order in (1, 2)
+        and not others
+        and isinstance(argument, DisplaySymbol)
+        and argument.name == "t"
+        and argument.traits.level == Dependence.TIME
+    )

@@ -29,6 +29,7 @@ from lagrange_cli.notation.tree import (
     DisplaySum,
     DisplaySymbol,
     factors_of,
+    is_rate,
 )
 
 #: Functions whose power stands at the name, and whose argument needs no parentheses where it is
@@ -230,6 +231,8 @@ class TypesetPrinter(OneLinePrinter):
                 return [Piece(self.exponential(inner), 1 + 0.7 * width(arguments[0]))]
         if node.function == "abs" and width(arguments[0]) <= self.widest:
             return [Piece(self.magnitude(joined(arguments[0])), width(arguments[0]) + 1)]
+        if is_rate(node):
+            return [Piece(self.name(node.function, node.order or 0, node.latex), 1.5)]
         known = node.order is None
         name = (self.functions[node.function] if known else self.function(node)) + power
         size = len(node.function) + 0.5 + (1 if power else 0)

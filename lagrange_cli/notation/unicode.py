@@ -17,6 +17,7 @@ from lagrange_cli.notation.tree import (
     DisplayRoot,
     DisplaySymbol,
     factors_of,
+    is_rate,
 )
 
 #: Characters of fractions by what else would be written: ``1/2``.
@@ -63,20 +64,29 @@ class UnicodePrinter(OneLinePrinter):
         return " · " if after[0].isdigit() else self.times
 
     def product(self, node: DisplayNode) -> list[Piece]:
-        """Return a product; a number without its own sign divides at the end: ``5 m l² / 12``."""
+        """Return a product; a part without its own sign divides at the end: ``m l² / 12``."""
         head, *others = factors_of(node)
-        if not isinstance(head, DisplayNumber) or "/" not in self.number(head):
+        if not isinstance(head, DisplayNumber) or head.numerator != 1:
             return super().product(node)
-        above = others if head.numerator == 1 else [_integer(head), *others]
-        return [*self.factors(tuple(above)), *self.divided(solid(str(head.denominator)))]
+        if "/" not in self.number(head):
+            return super().product(node)
+        return [*self.factors(tuple(others)), *self.divided(solid(str(head.denominator)))]
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
-        name = _function_name(node) + power
         arguments = [self.pieces(a) for a in node.arguments]
+        if node.function == "abs":
+            return group(arguments[0], "|", "|")
+        if is_rate(node):
+            return solid(self.symbol(node.function, node.order or 0))
+        name = _function_name(node) + power
         if node.function in _NAMED_POWERS and not closed and _is_letter(node.arguments[0]):
             name += "" if power else " "
             return prefixed(arguments[0], name, columns(name))
         return prefixed(group(argument_list(arguments)), name, columns(name))
+
+    def enclosed_call(self, node: DisplayCall) -> list[Piece]:
+        body = self.call(node, "", closed=False)
+        return body if node.function == "abs" else self.group(body)
 
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return node.function in _NAMED_POWERS and _is_natural(exponent)
@@ -114,10 +124,6 @@ def _sigma(index: DisplayRange) -> str:
     if low is None or high is None:
         return f"Σ[{index.letter}={index.first}..{index.last}{exception}]"
     return f"Σ{low}{high}"
-
-
-def _integer(number: DisplayNumber) -> DisplayNumber:
-    return DisplayNumber(number.numerator, 1, number.traits)
 
 
 def _is_natural(node: DisplayNode) -> bool:

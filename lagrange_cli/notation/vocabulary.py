@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.ordering import spelled_symbol
 from lagrange_cli.notation.symbols import multiplier_name, split_name
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from sympy import Basic, Expr
 
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Parameter
+    from lagrange_cli.mechanics.system import Parameter, System
 
 #: Operations of the longest expression that is printed: more than three pages are not read, and
 #: are more than pdfLaTeX has memory for.
@@ -72,6 +73,9 @@ def _may_be_long(parts: Sequence[Expr]) -> bool:
 #: Letters of masses that no particle has, such as those of ``kinetic`` terms.
 _MASSES = frozenset("mM")
 
+
+#: Functions whose abbreviations stand where they do, behind all other factors.
+_TRIGONOMETRIC = (sympy.sin, sympy.cos, sympy.tan, sympy.sinh, sympy.cosh, sympy.tanh)
 
 #: A factor of an expression that has a name, and its power.
 NamedFactor: TypeAlias = tuple[SignedNode, Fraction]
@@ -133,9 +137,10 @@ def vocabulary(
         Leaves out expressions that are too long to be read; None if all are wanted.
     """
     masses = {s for particle in equations.system.particles for s in particle.mass.free_symbols}
+    strengths = _strengths(equations.system)
     atoms = {
         p.symbol: ordering.symbol_of(
-            p.name, Dependence.PARAMETER, rank, latex=p.latex, role=_role(p, masses)
+            p.name, Dependence.PARAMETER, rank, latex=p.latex, role=_role(p, masses, strengths)
         )
         for rank, p in enumerate(equations.system.parameters)
     }
@@ -189,11 +194,10 @@ def with_symbols(
 def _written(
     sums: Iterable[tuple[sympy.Expr, ...]],
 ) -> dict[sympy.Expr, tuple[tuple[sympy.Expr, ...], bool]]:
-    """Return sums by their value, and by its negative where they have a number: ``1 - x²``."""
+    """Return sums by their value, and by its negative: ``k (x2 - x1)``, ``-k (x2 - x1)``."""
     written = {sympy.Add(*terms): (terms, False) for terms in sums}
     for terms in sums:
-        if any(t.is_number for t in terms):
-            written.setdefault(sympy.Add(*(-t for t in terms)), (terms, True))
+        written.setdefault(sympy.Add(*(-t for t in terms)), (terms, True))
     return written
 
 
@@ -210,9 +214,9 @@ def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[Na
         if not exponent.is_Rational:
             base, exponent = expression, sympy.S.One
         levels = [words.atoms[s].traits.level for s in expression.free_symbols if s in words.atoms]
-        symbol = ordering.abbreviation_of(
-            name, max(levels), rank, equations.presentation.latex.get(name)
-        )
+        latex = equations.presentation.latex.get(name)
+        is_last = isinstance(expression, _TRIGONOMETRIC)
+        symbol = ordering.abbreviation_of(name, max(levels), rank, latex, is_last=is_last)
         factor = SignedNode(False, symbol), Fraction(int(exponent.q), int(exponent.p))
         named.setdefault(base, (factor,))
         if not base.is_Add:
@@ -236,12 +240,34 @@ def _denominator(expression: sympy.Add) -> sympy.Expr | None:
     return below[0] if len(below) == 1 else None
 
 
-def _role(parameter: Parameter, masses: Collection[sympy.Symbol]) -> Role:
-    """Tell masses, g and G from other parameters."""
+def _strengths(system: System) -> set[sympy.Symbol]:
+    """Return symbols that multiply terms of V or of the dissipation function, and stand in no T.
+
+    Stiffnesses, charges and coefficients of friction do; lengths stand in T or in squares.
+    """
+    outer: set[sympy.Symbol] = set()
+    inner = set(symbols_in(system.kinetic))
+    pending = [system.potential, system.dissipation]
+    while pending:
+        expression = pending.pop()
+        if isinstance(expression, (sympy.Add, sympy.Mul)):
+            pending.extend(expression.args)
+        elif isinstance(expression, sympy.Symbol):
+            outer.add(expression)
+        else:
+            inner |= symbols_in(expression)
+    return outer - inner
+
+
+def _role(
+    parameter: Parameter, masses: Collection[sympy.Symbol], strengths: Collection[sympy.Symbol]
+) -> Role:
+    """Tell masses, g, G and strengths from other parameters."""
     base = split_name(parameter.name).base
     if parameter.symbol in masses or parameter.unit == "kg" or base in _MASSES:
         return Role.MASS
-    return {"G": Role.COUPLING, "g": Role.GRAVITY}.get(parameter.name, Role.OTHER)
+    usual = Role.STRENGTH if parameter.symbol in strengths else Role.OTHER
+    return {"G": Role.COUPLING, "g": Role.GRAVITY}.get(parameter.name, usual)
 
 
 def unabbreviated(name: str, words: Vocabulary) -> Vocabulary:

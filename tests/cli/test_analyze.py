@@ -66,7 +66,7 @@ def test_branches_that_are_refused(options, message):
 def test_text_shows_each_part():
     shown = succeed("analyze", HOOP)
     assert "Equilibria   these are all\n" in shown
-    assert "stable     θ = acos(g / (R ω²)) = 1.03452 where abs(g) ≤ R ω²" in shown
+    assert "stable     θ = acos(g / (R ω²)) = 1.03452 where |g| ≤ R ω²" in shown
     assert "M[1,1] = m R²   = 0.0045" in shown
     assert "Modes   angular frequencies\n  6.87694291   squared" in shown
     assert "h = ½ m R² θ̇²" in shown

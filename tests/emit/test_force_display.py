@@ -61,7 +61,7 @@ def test_text_of_a_pendulum():
     assert lines == [
         "bob     f_x = -m (l θ̇² + g cos θ) sin θ",
         "f_z = m (l θ̇² + g cos θ) cos θ",
-        "|f| = m abs(l θ̇² + g cos θ)",
+        "|f| = m |l θ̇² + g cos θ|",
         "plane   λ_plane = 0",
         "rod     λ_rod = -m (l θ̇² + g cos θ) / (2 l)",
         "force on bob = -m (l θ̇² + g cos θ)",

@@ -363,7 +363,7 @@ def test_the_rate_of_an_angle_that_rolls_is_said_before_it_is_put_in(tmp_path, c
     assert lines(capsys, words, "Velocities")[-1] == "φ̇ = (R - a) θ̇ / a"
     assert lines(capsys, words, "Kinetic energy")[1:] == [
         "spin = ⅕ m a² φ̇² = ⅕ m (R - a)² θ̇²",
-        "T = ½ m (ẋ_centre² + ż_centre²) + ⅕ m a² φ̇² = 7 m (R - a)² θ̇² / 10",
+        "T = ½ m (ẋ_centre² + ż_centre²) + ⅕ m a² φ̇² = 7/10 m (R - a)² θ̇²",
     ]
 
 

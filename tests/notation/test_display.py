@@ -103,10 +103,10 @@ def test_double_pendulum():
         (m * sin(phi - theta) * g, "-m g sin(θ - φ)"),
         (cos(phi - omega * t), "cos(φ - ω t)"),
         (tan(-x), "-tan x"),
-        (Abs(rod - x), "abs(x - l)"),
+        (Abs(rod - x), "|x - l|"),
         (exp(-c * t), "exp(-c t)"),
         # fractions
-        (Rational(5, 12) * m * rod**2, "5 m l² / 12"),
+        (Rational(5, 12) * m * rod**2, "5/12 m l²"),
         (Rational(1, 12) * m * rod**2, "m l² / 12"),
         (Rational(3, 4) * m, "¾ m"),
         (-M * m * g / r**2, "-M m g / r²"),

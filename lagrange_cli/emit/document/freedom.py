@@ -62,7 +62,11 @@ def _counted(writer: DocumentWriter, phrase: str) -> str:
     label, equals, number = phrase.partition(" = ")
     if not equals:
         return writer.letters.upright(phrase)
-    return phrase if label in ("3N", "K") else f"{writer.letters.upright(label)} = {number}"
+    if label in ("3N", "K"):
+        return phrase
+    digits, blank, counted = number.partition(" ")
+    unit = writer.letters.upright(blank + counted) if counted else ""
+    return f"{writer.letters.upright(label)} = {digits}{unit}"
 
 
 def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:

@@ -74,7 +74,8 @@ def _names(equations: Equations) -> set[str]:
 def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
     """Say what is counted: ``3N = 6``, ``1 further coordinate``, ``K = 4``, ``DOF = 3``.
 
-    In words alone where the scene gives one of the letters another meaning.
+    In words alone where the scene gives one of the letters another meaning; coordinates alone
+    where there are neither particles nor constraints.
     """
     account = equations.derivation.account
     cartesian = f"3N = {account.cartesian}"
@@ -87,6 +88,11 @@ def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
         constraints = say.counted(account.constraints, one, many)
         one, many = "{count} degree of freedom", "{count} degrees of freedom"
         dof = say.counted(account.dof, one, many)
+    elif account.extra and not any(
+        (account.cartesian, account.constraints, account.nonholonomic, account.unilateral)
+    ):
+        free = say.counted(account.dof, "{count} coordinate", "{count} coordinates")
+        return [f"{say('DOF')} = {free}", say("no particles")]
     one, many = "{count} further coordinate", "{count} further coordinates"
     further = say.counted(account.extra, one, many)
     one, many = "{count} nonholonomic constraint", "{count} nonholonomic constraints"
@@ -332,8 +338,10 @@ def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
     """
     if shown.divided_by in (1, -1):
         return None, None
-    number, _ = shown.divided_by.as_coeff_Mul(rational=True)
-    return (None, 1 / shown.divided_by) if number.q > 1 else (shown.divided_by, None)
+    number, product = shown.divided_by.as_coeff_Mul(rational=True)
+    above, _ = product.as_numer_denom()
+    is_multiplied = number.q > 1 or (above == 1 and product != 1)
+    return (None, 1 / shown.divided_by) if is_multiplied else (shown.divided_by, None)
 
 
 def certificate_line(certificate: Certificate, say: Language = ENGLISH) -> str:

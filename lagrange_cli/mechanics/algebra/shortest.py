@@ -62,21 +62,35 @@ def shortest_groups(
 
     ways = [_by_function(terms, constants)]
     if len(terms) <= _MOST_TERMS:
+        ways += _both_ways(terms, constants)
         bracketed = _bracketed(terms, brackets)
-        for candidate in (terms,) if bracketed == list(terms) else (terms, bracketed):
-            ways.append(_gathered(candidate, constants, _head))
-            ways.append(_gathered(candidate, constants, _parameters))
+        ways += _both_ways(bracketed, constants) if bracketed != list(terms) else []
+        # Of ways of one length the first is taken: k (r - r0) rather than k r - k r0.
+        shifted = [b for b in brackets if any(symbols_in(a) <= constants for a in b.args)]
+        written = _bracketed(terms, shifted)
+        ways[:0] = _both_ways(written, constants) if written != list(terms) else []
     return min((joined(way) for way in ways), key=_length)
 
 
-def shortest_coefficient(whole: sp.Expr, constants: frozenset[sp.Symbol]) -> sp.Expr:
-    """Write the sum in a coefficient in the way that is shortest in print."""
+def _both_ways(terms: Sequence[sp.Expr], constants: frozenset[sp.Symbol]) -> list[list[sp.Expr]]:
+    """Gather terms by their moving factors, and by their parameters."""
+    return [_gathered(terms, constants, key) for key in (_head, _parameters)]
+
+
+def shortest_coefficient(
+    whole: sp.Expr, constants: frozenset[sp.Symbol], brackets: Sequence[sp.Expr] = ()
+) -> sp.Expr:
+    """Write the sum in a coefficient in the way that is shortest in print.
+
+    ``brackets`` are sums of parameters that are sought in it: ``5 r² + 2 (R + a)²``.
+    """
     number, product = whole.as_coeff_Mul(rational=True)
     sums = [f for f in sp.Mul.make_args(product) if f.is_Add]
     if len(sums) != 1 or len(sums[0].args) > _SHORT_TERMS:
         return whole
     inner = sums[0]
-    best = min([inner, *_forms(inner, constants)], key=printed_length)
+    forms = [*_forms(inner, constants), *_in_brackets(inner, brackets)]
+    best = min([inner, *forms], key=printed_length)
     if best is inner:
         return whole
     return scaled(number, sp.Mul(*(best if f is inner else f for f in sp.Mul.make_args(product))))
@@ -92,6 +106,18 @@ def _forms(expr: sp.Expr, constants: frozenset[sp.Symbol]) -> Iterator[sp.Expr]:
             terms = expand_terms(expr.xreplace(rule), _TERM_BUDGET)
             if terms is not None:
                 yield sp.Add(*_gathered(collected_terms(terms), constants, _head))
+
+
+def _in_brackets(expr: sp.Expr, brackets: Sequence[sp.Expr]) -> Iterator[sp.Expr]:
+    """Yield a sum over each bracket in place of the bracket's first letter."""
+    for bracket in brackets:
+        letter = next((t for t in bracket.args if t.is_Symbol), None)
+        if letter is None or not symbols_in(bracket) <= symbols_in(expr):
+            continue
+        whole = sp.Dummy()
+        terms = expand_terms(expr.xreplace({letter: whole + letter - bracket}), _TERM_BUDGET)
+        if terms is not None:
+            yield sp.Add(*collected_terms(terms)).xreplace({whole: bracket})
 
 
 def _square_rules(u: sp.Expr) -> Iterator[dict[sp.Expr, sp.Expr]]:

@@ -2,9 +2,9 @@
 
 Terms are ordered by ddot, dot, none, multipliers. A common factor is divided out when it is
 a number, a mass, or a parameter or coordinate that is declared positive, since that can never hide
-anything. The equation of a cyclic coordinate is left as it is: it reads
-ṗ = 0 with the momentum that is reported beside it, and is printed so where its terms
-are longer. Any other coordinate is divided out
+anything. The equation of a cyclic coordinate is left as it is unless it is a plain sum of
+accelerations: it reads ṗ = 0 with the momentum that is reported beside it, and is printed so
+where its terms are longer. Any other coordinate is divided out
 only where the scene's ``expect`` writes the equation so, since that hides a
 singular point.
 """
@@ -17,6 +17,7 @@ from fractions import Fraction
 
 import sympy as sp
 
+from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.factor import (
     common_factor,
     factored,
@@ -24,19 +25,22 @@ from lagrange_cli.mechanics.algebra.factor import (
     holds_powers,
     scaled,
 )
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.mechanics.system import Closure, Coordinate
 
 #: Functions that are never zero.
 _POSITIVE = (sp.exp, sp.cosh)
 
-#: Largest common denominator of numbers that is multiplied out: beyond, fractions read better than
-#: the numbers that they become. Not tuned.
+#: Largest common denominator of numbers that is multiplied out, and the same where none of the
+#: numbers becomes greater than it: beyond, fractions read better. Not tuned.
 _MOST_PARTS = 60
+_LARGEST_NUMBER = 100
 
 #: Terms of a row beyond which its coefficients stay as they are: such an equation fills a page, and
 #: shorter coefficients would not make it readable. Not tuned.
@@ -45,6 +49,9 @@ _MOST_FORCES = 100
 #: Sums of the scene that are looked for among the terms of an equation, each a pass over all of
 #: them; scenes that a person writes have fewer.
 _MOST_BRACKETS = 20
+
+#: Terms that an equation without its roots may have.
+_CLEARED_TERMS = 40
 
 #: Tells whether the equation with this residual is one that ``expect`` writes.
 _IsExpected = Callable[[sp.Expr], bool]
@@ -148,8 +155,15 @@ def as_rates(
 def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:
     name = rows.system.coordinates[row].name
     groups = rows.groups(row)
+    roots = sp.S.One if cyclic else _positive_powers(groups, frozenset(rows.order))
+    cleared = rows.regrouped(groups, roots) if roots != 1 else None
+    if cleared is not None and _length(cleared) < _length(groups):
+        whole = rows.divisor(cleared)
+        divisor = _harmless(whole, rows.harmless, cyclic=False)
+        return ShownEquation(name, _divided(cleared, divisor), roots * divisor)
     whole = rows.divisor(groups)
-    divisor = _harmless(whole, rows.harmless, cyclic)
+    is_plain = all(factor in rows.accelerations for _, factor in groups)
+    divisor = _harmless(whole, rows.harmless, cyclic and not is_plain)
     if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
@@ -171,9 +185,16 @@ class _Rows:
             for terms in system.sums[:_MOST_BRACKETS]
             if any(t.is_Symbol and t not in system.constants for t in terms)
         ]
+        #: Sums of parameters alone.
+        self.lengths = [
+            sp.Add(*terms)
+            for terms in system.sums[:_MOST_BRACKETS]
+            if all(symbols_in(t) <= system.constants for t in terms)
+        ]
         self.parameters = system.constants
         #: Symbols that a common factor may hold which is divided out.
         self.harmless = self.parameters.union(c.q for c in system.coordinates if c.is_positive)
+        self.accelerations = frozenset(c.a for c in system.coordinates)
         self.order = {c.v: k for k, c in enumerate(system.coordinates)}
         #: Powers in the products of parameters that have a name: of the reduced mass.
         self.named = [
@@ -195,7 +216,8 @@ class _Rows:
         forces = [-f for f in self.system.forcing[row]]
 
         def coefficient(whole: sp.Expr) -> sp.Expr:
-            return shortest_coefficient(whole, constants) if len(forces) <= _MOST_FORCES else whole
+            is_short = len(forces) <= _MOST_FORCES
+            return shortest_coefficient(whole, constants, self.lengths) if is_short else whole
 
         terms = [(coefficient(e), coordinates[k].a) for k, e in inertia.items()]
         present = {s for term in forces for s in term.free_symbols if s in self.order}
@@ -215,21 +237,40 @@ class _Rows:
         terms.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
         return [(c, f) for c, f in terms if c != 0]
 
+    def regrouped(
+        self, groups: Sequence[tuple[sp.Expr, sp.Expr]], roots: sp.Expr
+    ) -> list[tuple[sp.Expr, sp.Expr]] | None:
+        """Divide by a product of powers, multiply out and group again; None of long equations."""
+        terms = expand_terms(sp.Add(*(part / roots for part in _products(groups))), _CLEARED_TERMS)
+        if terms is None:
+            return None
+        terms = collected_terms(terms)
+        regrouped = []
+        for c in self.system.coordinates:
+            inertia = [t / c.a for t in terms if c.a in symbols_in(t)]
+            regrouped += [(factored(inertia), c.a)] if inertia else []
+        still = [t for t in terms if symbols_in(t).isdisjoint(self.accelerations)]
+        by_rates = group_by_velocities(still, [*self.order])
+        return [*regrouped, *((factored(c), f) for f, c in by_rates)]
+
     def divisor(self, groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
         """The common factor of an equation, with the sign of its accelerations.
 
         Its number is 1/n where that clears the fractions of numbers, which is done where the first
         term has one: ``I θ̈ + ½ k x`` is no better as ``2 I θ̈ + k x``.
         """
-        number, factor = common_factor([c for c, _ in groups]).as_coeff_Mul(rational=True)
+        coefficients = [c for c, _ in groups]
+        number, factor = common_factor(coefficients).as_coeff_Mul(rational=True)
+        factor *= _cleared(coefficients, self.parameters, factor)
         numbers = [n for c, _ in groups for n in _numbers(c)]
         has_fraction = any(n.q > 1 for n in _numbers(groups[0][0])) if groups else False
         lcm = sp.ilcm(*(n.q for n in numbers), 1)
         number = sp.Integer(number.p) if number.q > 1 else number
-        if has_fraction and lcm <= _MOST_PARTS and not self._has_decimals(numbers):
-            number = sp.Rational(sp.igcd(0, *(n.p * (lcm // n.q) for n in numbers)), lcm)
-        accelerations = {c.a for c in self.system.coordinates}
-        inertia = [c for c, f in groups if f in accelerations]
+        integers = [n.p * (lcm // n.q) for n in numbers]
+        is_short = lcm <= _MOST_PARTS or all(abs(n) <= _LARGEST_NUMBER for n in integers)
+        if has_fraction and is_short and not self._has_decimals(numbers):
+            number = sp.Rational(sp.igcd(0, *integers), lcm)
+        inertia = [c for c, f in groups if f in self.accelerations]
         turned = inertia and all(_is_negative(c) for c in inertia)
         return scaled(-number if turned else number, factor)
 
@@ -256,6 +297,56 @@ def _is_negative(coefficient: sp.Expr) -> bool:
     alone = [a for a in sums[0].args if a.is_Rational] if len(sums) == 1 else []
     turned = bool(terms) and (all(n < 0 for n in terms) or any(n < 0 for n in alone))
     return bool((number < 0) != turned)
+
+
+def _products(groups: Iterable[tuple[sp.Expr, sp.Expr]]) -> list[sp.Expr]:
+    """The terms of an equation as products."""
+    return [part * f for c, f in groups for part in sp.Add.make_args(c)]
+
+
+def _length(groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> int:
+    return sum(printed_length(c) + printed_length(f) for c, f in groups)
+
+
+def _positive_powers(
+    groups: Sequence[tuple[sp.Expr, sp.Expr]], velocities: frozenset[sp.Symbol]
+) -> sp.Expr:
+    """Return the lowest powers of factors that are not zero, where one is a root that moves.
+
+    That is ``(1 + ẏ²)^(-3/2)`` with what stands beside it; 1 if no velocity stands in one.
+    """
+    products = [dict(map(_power, sp.Mul.make_args(p))) for p in _products(groups)]
+    lowest: dict[sp.Expr, sp.Expr] = {}
+    for base in {b: None for powers in products for b in powers}:
+        exponents = [powers.get(base, sp.S.Zero) for powers in products]
+        if not all(e.is_Rational for e in exponents):
+            continue
+        # A denominator of all terms is not zero where the equation has a meaning.
+        below = min(exponents) < 0 or (base.is_Pow and base.exp.is_negative)
+        if base.is_positive or (below and len(set(exponents)) == 1):
+            lowest[base] = min(exponents)
+    if not any(b.is_Add and e < 0 and symbols_in(b) & velocities for b, e in lowest.items()):
+        return sp.S.One
+    return sp.Mul(*(b**e for b, e in lowest.items()))
+
+
+def _power(factor: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    base, exponent = factor.as_base_exp()
+    return (factor, sp.S.One) if factor.is_Rational else (base, exponent)
+
+
+def _cleared(
+    coefficients: Iterable[sp.Expr], constants: frozenset[sp.Symbol], divided: sp.Expr
+) -> sp.Expr:
+    """Inverse of the positive sums of parameters that are left as denominators, as m1 + m2."""
+    powers: dict[sp.Expr, sp.Expr] = {}
+    for coefficient in coefficients:
+        for factor in sp.Mul.make_args(coefficient / divided):
+            base, exponent = factor.as_base_exp()
+            is_sum = base.is_Add and base.is_positive and symbols_in(base) <= constants
+            if is_sum and exponent.is_Integer and exponent < 0:
+                powers[base] = min(exponent, powers.get(base, exponent))
+    return sp.Mul(*(base**exponent for base, exponent in powers.items()))
 
 
 def _harmless(whole: sp.Expr, known: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:

@@ -169,6 +169,11 @@ class _Conversion:
             return value
         if value.is_zero:
             raise self.not_real(node, "division by zero")
+        if value.is_Add:
+            # SymPy multiplies 2 (m1 + m2) out.
+            content, primitive = value.primitive()
+            if content.is_Integer and content != 1:
+                return sp.Pow(content, -1) * sp.Pow(primitive, -1)
         return sp.Pow(value, -1)
 
     def power(self, node: Pow) -> sp.Expr:
