@@ -41,7 +41,7 @@ from lagrange_cli.mechanics.findings import Conserved, DerivationSources
 from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
-from lagrange_cli.mechanics.initial.suggestions import possible_start
+from lagrange_cli.mechanics.initial.suggestions import degrees_remarks, possible_start
 from lagrange_cli.mechanics.initial.written_start import written_start
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import working_digits
@@ -234,6 +234,7 @@ def _remarks(derivation: Uncertified, initial: InitialState | None) -> tuple[str
             f"initial values were changed by up to {initial.projected:.2g}"
             " to satisfy the constraints"
         )
+    remarks += degrees_remarks(derivation.reduced)
     if not derivation.collected:
         remarks.append("products of sums are left unexpanded: they exceed the budget of terms")
     return tuple(remarks)

@@ -87,10 +87,28 @@ def too_few_error(scene: Scene, elimination: Elimination, excess: int) -> InputE
             f"too few coordinates: nothing determines {which}"
             f" ({len(have)} declared, {len(have) + len(free) - fixing} degrees of freedom)",
             scene.coordinates_mark,
-            hint=coordinates_snippet([*have, *free]),
+            hint=_definitions_snippet(elimination, have) or coordinates_snippet([*have, *free]),
             rule="too-few-coordinates",
         )
     )
+
+
+def _definitions_snippet(elimination: Elimination, have: Sequence[str]) -> str:
+    """Return definitions over a declared coordinate that nothing holds, of names on a circle;
+    empty where that is not so."""
+    used = {s.name for sides in elimination.pending.values() for e in sides for s in e.free_symbols}
+    unrelated = [name for name in have if name not in used]
+    names = [u for u in elimination.unknowns if u.name not in have]
+    if len(unrelated) != 1 or len(names) != 2 or len(elimination.pending) != 1:
+        return ""
+    ((left, right),) = elimination.pending.values()
+    square = sp.expand(names[0] ** 2 + names[1] ** 2 - left + right)
+    if not square.free_symbols.isdisjoint(names):
+        return ""
+    is_square = square.is_Pow and square.exp == 2
+    radius = str(square.base) if is_square else f"sqrt({square})".replace("**", "^")
+    (angle,), (across, down) = unrelated, (u.name for u in names)
+    return f"definitions: {{{across}: {radius}*sin({angle}), {down}: -{radius}*cos({angle})}}"
 
 
 def _undetermined(elimination: Elimination) -> list[str]:

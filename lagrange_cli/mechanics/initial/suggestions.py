@@ -1,7 +1,8 @@
-"""Feasible initial configurations that hints propose as YAML."""
+"""Feasible initial configurations that hints propose as YAML, and angles begun in degrees."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import initial_snippet, section_snippet
+from lagrange_cli.scene.language.expression import Number
 
 #: Most coordinates of a scene for which a configuration is sought: a hint of more is not pasted,
 #: and the search would take longer than the refusal.
@@ -172,3 +174,19 @@ def with_suggestion(
         return error
     line = initial_snippet(reduced.scene, values or {}, orders)
     return type(error)(replace(problem, hint=f"{problem.hint}\n{line}" if problem.hint else line))
+
+
+def degrees_remarks(reduced: Reduced) -> Iterator[str]:
+    """Yield a remark on each angle that begins at a number of radians that is common in degrees."""
+    angles = {c.name for c in reduced.coordinates if c.is_angle}
+    for entry in reduced.scene.initial:
+        node = entry.value.node
+        if entry.order or entry.name not in angles or not isinstance(node, Number):
+            continue
+        value = node.value
+        if 7 < value <= 360 and value % 5 == 0:
+            turns = float(value) / (2 * math.pi)
+            yield (
+                f"{entry.name} begins at {value} radians, {turns:.3g} turns;"
+                f" for degrees write {entry.name}: {value}*pi/180"
+            )

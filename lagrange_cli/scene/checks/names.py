@@ -156,6 +156,8 @@ def _suggestion(name: str, table: NameTable) -> str:
     otherwise = "declare it in 'parameters', 'coordinates' or 'definitions'"
     if name in table.functions:
         return f"it is a function: write {name}(...)"
+    if not table.coordinates:
+        otherwise = f"declare it in 'parameters' or 'definitions', or write coordinates: [{name}]"
     if name == "e":
         otherwise = "for the exponential function write exp(...)"
     return suggestion(name, table.known(), otherwise)

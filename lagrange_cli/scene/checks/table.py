@@ -174,11 +174,12 @@ def _check_declared_twice(
         for name, mark in names.items():
             if name in first:
                 earlier, place = first[name]
+                hint = f"it is {earlier} on line {place.line}"
+                if (kind, earlier) == ("a definition", "a coordinate"):
+                    independent = [n for n in table.coordinates if n not in table.definitions]
+                    hint += f"; without it, coordinates: [{', '.join(independent)}]"
                 problems.add(
-                    f"'{name}' is {kind} and also {earlier}",
-                    mark,
-                    hint=f"it is {earlier} on line {place.line}",
-                    rule="clash",
+                    f"'{name}' is {kind} and also {earlier}", mark, hint=hint, rule="clash"
                 )
             first.setdefault(name, (kind, mark))
     for name, mark in table.cartesian.items():

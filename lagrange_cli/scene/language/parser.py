@@ -26,6 +26,7 @@ from lagrange_cli.scene.language.tokens import (
     ExpressionError,
     ExpressionLimitError,
     Token,
+    in_radians,
     number_value,
 )
 
@@ -91,6 +92,10 @@ class _Bracket:
     def at_start(self) -> bool:
         """True if nothing of the sum has been read."""
         return not (self.terms or self.sign or self.factors or self.pending)
+
+
+#: Names of degrees behind a number.
+_DEGREES = ("deg", "degree", "degrees")
 
 
 class _Parser:
@@ -192,7 +197,11 @@ class _Parser:
     def _comma(self, token: Token, value: Node) -> None:
         bracket = self.brackets[-1]
         if bracket.function is None:
-            raise ExpressionError("a comma separates the arguments of a function", token.span)
+            before, behind = self.tokens[self.position - 2], self.tokens[self.position]
+            decimal = (before.kind, behind.kind) == ("number", "number")
+            hint = f"a decimal number has a point: write {before.text}.{behind.text}"
+            said = "a comma separates the arguments of a function"
+            raise ExpressionError(said, token.span, hint if decimal else "")
         bracket.arguments.append(self._argument(value))
         self._begin_range()
 
@@ -257,6 +266,11 @@ class _Parser:
         if token.kind == "name" or token.text == "(":
             second = "(...)" if token.text == "(" else token.text[:20]
             hint = f"for a product write {before.text[-20:]}*{second}"
+        if before.kind == "number" and token.text in _DEGREES:
+            hint = in_radians(before.text)
+        elif (before.kind, token.kind) == ("number", "name") and before.end < token.start:
+            unit = f"{{value: {before.text}, unit: {token.text[:20]}}}"
+            hint += f", for a parameter with a unit {unit}"
         raise ExpressionError(
             f"expected an operator between {shown(before.text)} and {shown(token.text)}", span, hint
         )

@@ -19,6 +19,9 @@ _MAX_COLLECTED = 100
 _INDICES = re.compile(r"\[[-\d,]*\]")
 #: Characters beyond which a text is cut in messages.
 _MAX_SHOWN = 40
+#: Endings by which other languages name rates.
+_RATES = ("_dot", "dot", "'")
+
 #: Most known names among which a similar one is sought.
 _MAX_CANDIDATES = 1000
 
@@ -35,6 +38,10 @@ def suggestion(name: str, known: Collection[str], otherwise: str = "") -> str:
     """
     if len(name) > _MAX_SHOWN or len(known) > _MAX_CANDIDATES:
         return otherwise
+    for ending in _RATES:
+        stem = name.removesuffix(ending)
+        if stem != name and stem in known:
+            return f"the rate of '{stem}' is dot({stem})"
     for candidate in known:
         if candidate.lower() == name.lower():
             return f"did you mean '{candidate}'?"

@@ -124,14 +124,25 @@ def tokenize(text: str) -> list[Token]:
         kind, lexeme = match.lastgroup, match.group(match.lastgroup)
         start, position = match.span(kind)
         if kind == "other":
-            instead = _INSTEAD.get(lexeme, "")
-            raise ExpressionError(
-                f"unexpected character '{lexeme}'",
-                (start, position),
-                f"write '{instead}' instead" if instead else "",
-            )
+            hint = _instead_of(lexeme, tokens[-1] if tokens else None)
+            raise ExpressionError(f"unexpected character '{lexeme}'", (start, position), hint)
         tokens.append(Token(kind, "^" if lexeme == "**" else lexeme, start, position))
     return tokens
+
+
+def _instead_of(character: str, before: Token | None) -> str:
+    """Return what to write instead of a character and the token before it."""
+    if character == "\N{DEGREE SIGN}" and before is not None and before.kind == "number":
+        return in_radians(before.text)
+    if character == "'" and before is not None and before.kind == "name":
+        return f"write dot({before.text}) for its rate"
+    instead = _INSTEAD.get(character, "")
+    return f"write '{instead}' instead" if instead else ""
+
+
+def in_radians(degrees: str) -> str:
+    """Return the hint to write an angle in degrees as one in radians."""
+    return f"angles are in radians: write {degrees}*pi/180"
 
 
 def number_value(token: Token) -> Fraction:

@@ -42,7 +42,7 @@ from lagrange_cli.scene.language.grammar import parse_equation, parse_expression
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import FamilyIndex, Link, Point
-from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode, missing_blank
 
 _BOOLEANS = {
     text: text.lower() == "true" for text in ("true", "True", "TRUE", "false", "False", "FALSE")
@@ -151,7 +151,7 @@ class Reading:
     def mapping(self, node: SourceNode, what: str, wanted: str = "a mapping") -> Mapping | None:
         if isinstance(node, Mapping):
             return node
-        self.expected(wanted, what, node)
+        self.expected(wanted, what, node, missing_blank(node) if "names" in wanted else "")
         return None
 
     def items(self, node: SourceNode, what: str, wanted: str = "a list") -> Sequence | None:

@@ -145,6 +145,10 @@ def _mark_at(text: str, offset: int, file: str) -> Mark:
     return Mark(file, line, offset - start + 1, content)
 
 
+#: A line that begins an entry, and a number with a comma at the end of a text.
+_ENTRY, _DECIMAL_COMMA = re.compile(r" *[^\s#:\-][^:]*:(\s|$)"), re.compile(r"(\d+),(\d+)$")
+
+
 class _Composer:
     """Builds the tree of one text."""
 
@@ -290,12 +294,15 @@ class _Composer:
         return tuple(entries.values())
 
     def _refuse_null(self, key: Scalar) -> None:
-        self.problems.add(
-            f"{shown(key.text)} has no value",
-            key.mark,
-            hint="leave it out, or write {} where it may be empty",
-            rule="null",
-        )
+        hint = "leave it out, or write {} where it may be empty"
+        written, line = key.mark.text, key.mark.line
+        below = self.lines[line] if line < len(self.lines) else ""
+        number = _DECIMAL_COMMA.search(written[: key.mark.column - 1 + len(key.text)])
+        if number is not None and number[2] == key.text:
+            hint = f"a decimal number has a point: write {number[1]}.{number[2]}"
+        elif written.rstrip() == f"{key.text}:" and _ENTRY.match(below) and not _indent(below):
+            hint += f"; what belongs to it is indented, as '  {below.strip()[:40]}'"
+        self.problems.add(f"{shown(key.text)} has no value", key.mark, hint=hint, rule="null")
 
     def _split_in(self, parts: list[SourceNode]) -> bool:
         """Find a plain expression that YAML split at a comma: ``min(x`` and ``y)``."""
@@ -332,6 +339,9 @@ class _Composer:
         if ">=" in (mark.text[mark.column - 2 : mark.column], mark.text[mark.column - 1 :][:2]):
             message = "an inequality has two sides, found nothing before '>='"
             return _refusal(message, mark, "as in x >= 0", rule="syntax")
+        moved = self._misplaced(mark)
+        if moved:
+            return _refusal("this line begins at the wrong column", mark, moved, rule="indent")
         context = f" ({error.context})" if error.context else ""
         hint = (
             "quote a text that begins with one of * & ! | > % @ ` or holds ': ' or ' #',\n"
@@ -339,9 +349,36 @@ class _Composer:
         )
         return _refusal(f"not valid YAML: {error.problem}{context}", mark, hint)
 
+    def _misplaced(self, mark: Mark) -> str:
+        """Return the hint to indent a line as the entry above it; empty where that is no cause."""
+        above = next((x for x in reversed(self.lines[: mark.line - 1]) if x.strip()), "")
+        if not (_ENTRY.match(mark.text) and _ENTRY.match(above)):
+            return ""
+        entry, indents = mark.text.strip(), (_indent(mark.text), _indent(above))
+        has_value = not above.rstrip().endswith(":")
+        if indents[0] == indents[1] or (indents[0] > indents[1] and not has_value):
+            return ""
+        deep = "deeper" if indents[0] > indents[1] else "less deep"
+        line = " " * indents[1] + entry[:40]
+        return f"it is indented {deep} than the entry above: write '{line}'"
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
+
 
 def _is_null(node: Scalar) -> bool:
     return node.plain and node.text in _NULLS
+
+
+#: An entry without a blank behind its colon.
+_NO_BLANK = re.compile(r"([A-Za-z_]\w*):(\S.{0,60})")
+
+
+def missing_blank(node: SourceNode) -> str:
+    """Return the hint to put a blank behind a colon; empty where that is not what is missing."""
+    entry = _NO_BLANK.match(node.text) if isinstance(node, Scalar) and node.plain else None
+    return f"a blank follows the colon: write '{entry[1]}: {entry[2]}'" if entry else ""
 
 
 def _open_parentheses(text: str) -> int:
