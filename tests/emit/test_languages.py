@@ -122,6 +122,7 @@ SCENES = [
     ("rolling/wheel_down_incline", "lagrange"),
     ("rolling/rolling_disk", "dalembert"),
     ("contact/bouncing_ball", "lagrange"),
+    ("sliding/block_on_wedge", "virtual-work"),
     ("beads/bead_on_rotating_hoop", "dalembert"),
     ("constraints/four_bar_linkage", None),
     ("celestial/arenstorf_orbit", None),

@@ -446,4 +446,5 @@ FRENCH = {
     "any {names}": "{names} quelconque",
     "any {names} where": "{names} quelconque avec",
     "provided that": "à condition que",
+    "or": "ou",
 }

@@ -446,4 +446,5 @@ GERMAN = {
     "any {names}": "beliebige {names}",
     "any {names} where": "beliebige {names} mit",
     "provided that": "sofern",
+    "or": "oder",
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -136,7 +136,7 @@ def equilibrium(writer: StepsWriter) -> Section | None:
         text = say("These equations are satisfied exactly by")
     else:
         text = say("These equations are satisfied, among others perhaps, by")
-    blocks = _joined(block for point in points for block in _solution(writer, point))
+    blocks = _solutions(writer, points)
     names = writer.listed([letter_of(writer, name) for name in forms.nonzero])
     exception = ""
     if forms.complete and names:
@@ -145,21 +145,25 @@ def equilibrium(writer: StepsWriter) -> Section | None:
     return section(say("Equilibrium"), Words(text), *blocks, writer.paragraph(exception))
 
 
-def _joined(blocks: Iterable[Block]) -> list[Block]:
-    """Join displays of one row that follow each other, as those of two angles."""
-    joined: list[Block] = []
-    for block in blocks:
-        last = joined[-1] if joined else None
-        if (
-            isinstance(block, Formulas)
-            and isinstance(last, Formulas)
-            and last.rows[0].label == block.rows[0].label
-            and len(block.rows) == 1
-        ):
-            joined[-1] = formulas([*last.rows, *block.rows], result=True)
-        else:
-            joined.append(block)
-    return joined
+def _solutions(writer: StepsWriter, points: Sequence[Equilibrium]) -> Iterator[Block]:
+    """Write equilibria with *or* between them; values of one coordinate alone stand together."""
+    pending: list[Formula] = []
+    for number, point in enumerate(points):
+        blocks = list(_solution(writer, point))
+        rows = [row for block in blocks if isinstance(block, Formulas) for row in block.rows]
+        if len(blocks) == len(rows) == 1:
+            if number and not pending:
+                yield Words(writer.say("or"))
+            pending += rows
+            continue
+        if pending:
+            yield formulas(pending, result=True)
+        if number:
+            yield Words(writer.say("or"))
+        yield from blocks
+        pending = []
+    if pending:
+        yield formulas(pending, result=True)
 
 
 def letter_of(writer: StepsWriter, name: str) -> str:
