@@ -79,6 +79,15 @@ PARTS = (
         ("--runs", "1000"),
     ),
     Part(
+        "equilibria",
+        "Equilibria and branches",
+        "Potentials with multiple, clustered and asymptotic roots, roots that are all but missed,"
+        " and a second coordinate; branches with folds, pitchforks, transcritical points, poles"
+        " and cusps. Places, verdicts, *these are all*, marked points and parts of branches are"
+        " judged in 120 digits.",
+        ("--systems", "20000"),
+    ),
+    Part(
         "grazes",
         "Grazes of contacts",
         "Starts within 10,000 units in the last place of an exact graze, on both sides.",

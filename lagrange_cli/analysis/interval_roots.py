@@ -70,10 +70,14 @@ class IntervalSystem:
         whole = [around(x, mpf(r)) for x, r in zip(middle, box.tolist(), strict=True)]
         self.levels(whole)  # raises where a function jumps
         slopes, spread = self._matrices(self.slopes(whole))
+        rows = np.abs(slopes).max(axis=1, initial=0.0)
+        rows[rows == 0.0] = 1.0
         try:
-            inverse = np.linalg.inv(slopes)
+            scaled = np.linalg.inv(slopes * box / rows[:, None])
         except np.linalg.LinAlgError:
             return None
+        with np.errstate(all="ignore"):
+            inverse = box[:, None] * scaled / rows
         if not np.isfinite(inverse).all():
             return None
         with np.errstate(all="ignore"):

@@ -11,6 +11,7 @@ import pytest
 
 from lagrange_cli import InputError, load
 from lagrange_cli.api import loads
+from tests.test_defects import DEFECTS
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 
@@ -394,3 +395,44 @@ def test_pictures_of_loci(tmp_path):
     assert told.count(r"\addplot") == 5
     assert "1 flutter" in told
     assert "P = 6" in told
+
+
+@pytest.mark.slow
+def test_a_pole_is_no_branch_point():
+    """K = 2/p passes infinity at p = 0, where nothing meets."""
+    found = branches(load(DEFECTS / "false_branch_point_at_pole.yaml"), p=(-1, 1))
+    assert not found.marks
+    assert [b.ends for b in found.branches] == [("range", "pole"), ("pole", "range")]
+    assert [verdicts(b) for b in found.branches] == [["unstable"], ["stable"]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("power", [3, 5])
+def test_a_cusp_is_where_two_branches_end(power):
+    """x² = p³: both halves end near p = 0, and no point is marked."""
+    text = (DEFECTS / "cusp_branch_points_error.yaml").read_text()
+    found = branches(text.replace("p^3", f"p^{power}"), p=(-1, 1))
+    assert not found.marks
+    for branch in found.branches:
+        x, p = branch.positions[:, 0], branch.values
+        assert np.abs(x) == pytest.approx(p ** (power / 2), rel=1e-9, abs=1e-12)
+        assert np.sign(x).min() == np.sign(x).max()
+        assert sorted(branch.ends) == ["range", "stuck"]
+    assert sorted(verdicts(b) for b in found.branches) == [["stable"], ["unstable"]]
+
+
+@pytest.mark.slow
+def test_a_fold_of_higher_order_lies_within_its_error():
+    """x⁴ = p turns back at 0, where x³ vanishes, too."""
+    found = branches(particle("x^5/5 - p*x"), p=(-1, 1.1))
+    (mark,) = found.marks
+    assert mark.kind == "fold"
+    assert abs(mark.value) <= mark.error < 1e-8
+
+
+@pytest.mark.slow
+def test_branches_that_all_but_meet_do_not():
+    """x³ − p x + 1e-9 = 0: a fold beside a branch that misses it by 1e-3."""
+    found = branches(particle("x^4/4 - p*x^2/2 + 1e-9*x"), p=(-1, 1.1))
+    assert kinds(found) == ["fold"]
+    assert found.marks[0].value == pytest.approx(3 * 5e-10 ** (2 / 3), rel=1e-12)

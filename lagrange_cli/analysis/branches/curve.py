@@ -14,6 +14,8 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
+from lagrange_cli.analysis.interval_roots import IntervalSystem
+from lagrange_cli.analysis.interval_values import Interval, around
 from lagrange_cli.analysis.values import Matrix
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lagrange_cli.analysis.branches.functions import BranchFunctions
+    from lagrange_cli.analysis.values import Mpf
 
 #: Digits of residuals.
 DIGITS = 50
@@ -35,6 +38,8 @@ _CONTRACTION = 0.3
 _ROUNDING = 1e-14
 #: Distance, in scaled unknowns, at which sizes of equations are measured.
 _NEAR = 0.3
+#: Singular value of the scaled J below which it is proven that a point is on the curve.
+_SINGULAR = 1e-3
 #: Polishing corrections, at most.
 _POLISHING = 4
 
@@ -115,8 +120,32 @@ class Space:
         tangent = rows[-1] if rows[-1] @ along >= 0 else -rows[-1]
         if not len(sizes) or sizes[-1] == 0.0:
             return None
+        # Where J is nearly singular, corrections also contract beside a curve.
+        if sizes[-1] < _SINGULAR and self.radii([mpf(x) for x in y.tolist()], tangent) is None:
+            return None
         sign, _ = np.linalg.slogdet(np.vstack([known[1], tangent]))
         return CurvePoint(y, tangent, float(sign))
+
+    def radii(self, y: Sequence[Mpf], normal: Matrix) -> Matrix | None:
+        """Prove that there is a point of the curve in the hyperplane through a point.
+
+        Returns the distances within which each of its unknowns is; None without a proof.
+        """
+        functions, n = self.functions, self.functions.size
+        border = (normal / self.scale).tolist()
+        weights = [around(mpf(x), mpf(0)) for x in border]
+        place = [around(x, mpf(0)) for x in y]
+
+        def levels(z: Sequence[Interval]) -> list[Interval]:
+            pairs = zip(weights, z, place, strict=True)
+            products = [w * (a - b) for w, a, b in pairs]
+            return [*functions.enclosed_levels(z), sum(products[1:], products[0])]
+
+        def slopes(z: Sequence[Interval]) -> dict[tuple[int, int], Interval]:
+            entries = {(r, c): x for (r, c), x in functions.enclosed_slopes(z).items()}
+            return entries | {(n, k): w for k, w in enumerate(weights)}
+
+        return IntervalSystem(levels, slopes, n + 1).root_radii(y)
 
     def corrected(self, y: Matrix, normal: Matrix) -> Matrix | None:
         """Move in the hyperplane through y with this normal to the curve; None if none is near.

@@ -12,10 +12,11 @@ from scipy.optimize import linear_sum_assignment
 
 from lagrange_cli.analysis.branches.curve import DIGITS, Space, row_sizes
 from lagrange_cli.analysis.branches.functions import BranchFunctions
+from lagrange_cli.analysis.branches.marked_curve import Traced
 from lagrange_cli.analysis.branches.poles import first_order_in_doubles
 from lagrange_cli.analysis.branches.refining import amid
 from lagrange_cli.analysis.branches.stability import Judge
-from lagrange_cli.analysis.branches.tracing import Traced, Tracing
+from lagrange_cli.analysis.branches.tracing import Tracing
 from lagrange_cli.analysis.branches.values import Branch, Branches, Locus, Stretch
 from lagrange_cli.analysis.equilibria.repeats import without_repeats
 from lagrange_cli.analysis.equilibria.search import search, usual_length

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
@@ -17,7 +18,13 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.equilibria.rest_functions import IN_DIGITS, exact_number
+from lagrange_cli.analysis.equilibria.rest_functions import IN_DIGITS, enclosed_value, exact_number
+from lagrange_cli.analysis.interval_values import (
+    IN_INTERVALS,
+    WITHOUT_JUMPS,
+    Interval,
+    interval_of_ratio,
+)
 from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
@@ -41,6 +48,15 @@ class _Entries:
 
     shape: tuple[int, ...]
     nodes: Mapping[tuple[int, ...], ScaledNode]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """F, ∂F/∂y and ∂²F/∂y∂y at a point or over a box, entries by row and unknowns."""
+
+    levels: Sequence[Any]
+    slopes: Mapping[tuple[int, ...], Any]
+    curvatures: Mapping[tuple[int, ...], Any]
 
 
 _SPECIAL: dict[str, Callable[..., float]] = {
@@ -109,6 +125,7 @@ class BranchFunctions:
         varying = {parameter, *follows, *system.inputs}
         others = [s for s in (*velocities, *fixed, *known) if s not in varying]
         self._known = {s: known[s] for s in dict.fromkeys(others)}
+        self._exact_known = {p.symbol: p.exact for p in equations.system.parameters}
         self._order = [*unknown, parameter]
         self._names = {s: f"x{k}" for k, s in enumerate([*self._order, *self._known])}
         self._graph = ValueGraph([(s, name, 0) for s, name in self._names.items()])
@@ -250,6 +267,49 @@ class BranchFunctions:
         """Evaluate ∂²F/∂y∂y, its entries by (row, first, second); raises as :meth:`level_at`."""
         numbers = self._in_digits(self._bent, y)
         return dict(zip(self._curvatures.nodes, numbers, strict=True))
+
+    def entries_at(self, y: Sequence[Mpf]) -> Derivatives:
+        """Evaluate F and its first and second derivatives; raises as :meth:`level_at`."""
+        numbers = self._in_digits(self._linear, y)
+        slopes = dict(zip(self._slopes.nodes, numbers[self.size :], strict=True))
+        return Derivatives(numbers[: self.size], slopes, self.curvatures_at(y))
+
+    # Over intervals.
+
+    def enclosed_levels(self, y: Sequence[Interval]) -> list[Interval]:
+        """Enclose F.
+
+        Raises
+        ------
+        ArithmeticError, ValueError
+            It has no values somewhere, or jumps.
+        """
+        return self._enclosed(self._exact, y, WITHOUT_JUMPS)
+
+    def enclosed_slopes(self, y: Sequence[Interval]) -> dict[tuple[int, ...], Interval]:
+        """Enclose J, its entries by row and column; raises as :meth:`enclosed_levels`."""
+        numbers = self._enclosed(self._linear, y, IN_INTERVALS)[self.size :]
+        return dict(zip(self._slopes.nodes, numbers, strict=True))
+
+    def enclosed_entries(self, y: Sequence[Interval]) -> Derivatives:
+        """Enclose F and its first and second derivatives; raises as :meth:`enclosed_levels`."""
+        curvatures = self._enclosed(self._bent, y, IN_INTERVALS)
+        bent = dict(zip(self._curvatures.nodes, curvatures, strict=True))
+        return Derivatives(self.enclosed_levels(y), self.enclosed_slopes(y), bent)
+
+    def _enclosed(
+        self,
+        plan: _Plan,
+        y: Sequence[Interval],
+        functions: Mapping[str, Callable[..., Interval]],
+    ) -> list[Interval]:
+        point = {self._names[s]: x for s, x in self._enclosed_known.items()}
+        point |= {self._names[s]: y[k] for k, s in enumerate(self._order)}
+        return plan(point, functions, interval_of_ratio)
+
+    @cached_property
+    def _enclosed_known(self) -> dict[sp.Symbol, Interval]:
+        return {s: enclosed_value(x, self._exact_known.get(s)) for s, x in self._known.items()}
 
     def _in_digits(self, plan: _Plan, y: Sequence[Mpf]) -> list[Mpf]:
         point = {self._names[s]: x for s, x in self._known.items()}

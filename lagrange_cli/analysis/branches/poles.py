@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
 #: Real part of a pole, relative to the largest pole, that counts in doubles, and in digits.
 _COARSE, _FINE = 1e-6, mpf(10) ** -15
-#: Uncertainty of a point of a branch in doubles.
-_POSITION = 1e-9
 #: Eigenvalue of M⁻¹K, relative to the largest, that counts as zero.
 _FLAT = 1e-9
 #: Steps of the search for a zero, and the part of the interval at which it ends.
@@ -100,9 +98,7 @@ def equilibrium(system: RestSystem, space: Space, at: Located) -> Equilibrium:
         position[k] = x
     free = tuple(system.equations.system.coordinates[k].name for k in system.free)
     multipliers = at.y[len(moving) : -1]
-    return Equilibrium(
-        tuple(position), tuple(multipliers), free=free, uncertainty=max(at.error, _POSITION)
-    )
+    return Equilibrium(tuple(position), tuple(multipliers), free=free, uncertainty=at.radius)
 
 
 #: Gives the system at a value of the parameter.
@@ -292,6 +288,7 @@ def _zero(
     """
     if left[1] * right[1] > 0:
         return None
+    largest = max(abs(left[1]), abs(right[1]))
     with mpmath.workdps(DIGITS):
         last = abs(right[0] - left[0])
         for _ in range(_STEPS):
@@ -300,6 +297,8 @@ def _zero(
             part = (left[0] * right[1] - right[0] * left[1]) / (right[1] - left[1])
             number = value(part)
             change = min(abs(part - left[0]), abs(part - right[0]))
+            if (number == 0 or change < _LAST) and abs(number) > largest:
+                return None  # it passes infinity
             if number == 0 or change < _LAST:
                 return part, _LAST if number == 0 else change
             left = right if number * right[1] < 0 else (left[0], left[1] / 2)

@@ -9,14 +9,17 @@ algebraic branching equation ψ·F_yy t t = 0 on the null space of J (H. B. Kell
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
 import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.analysis.branches.curve import DIGITS
+from lagrange_cli.analysis.branches.functions import Derivatives
+from lagrange_cli.analysis.interval_roots import IntervalSystem
+from lagrange_cli.analysis.interval_values import Interval, around
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
@@ -30,6 +33,12 @@ _GOOD = mpf(10) ** -16
 #: Part of the derivatives' size below which μ, a coefficient or a component is zero.
 _ZERO = mpf(10) ** -12
 
+#: Part of the derivatives' size below which branches that are found to miss each other by μ meet.
+_MEETING = mpf(10) ** -30
+
+_Extended: TypeAlias = "tuple[list[Any], dict[tuple[int, int], Any]]"
+"""Equations and their derivatives, by row and column, as numbers or intervals."""
+
 _Linearized: TypeAlias = "tuple[list[Mpf], mpmath.matrix]"
 
 
@@ -42,11 +51,18 @@ class Located:
     y
         Coordinates, multipliers and the parameter.
     error
-        Size of the last correction of the parameter, relative to its range.
+        Size of the last correction of the parameter, or proven bound of its error, relative to its
+        range.
+    radius
+        Bound of the errors of the others, relative to 1 and to each.
+    more
+        Further unknowns of the system that it is a regular root of.
     """
 
     y: tuple[Mpf, ...]
     error: float
+    radius: float = 1e-9
+    more: tuple[Mpf, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,63 +99,128 @@ def point_at(space: Space, y: Matrix | Sequence[Mpf], normal: Matrix) -> Located
     return _located(space, _newton(linearized, guess))
 
 
+def proven_point_at(space: Space, y: Matrix, normal: Matrix) -> Located | None:
+    """Correct a point as :func:`point_at`; None if it is not proven that there is one."""
+    at = point_at(space, y, normal)
+    radii = None if at is None else space.radii(at.y, normal)
+    if at is None or radii is None:
+        return None
+    sizes = np.maximum(1.0, np.abs([float(x) for x in at.y]))
+    return replace(at, radius=float((radii / sizes).max()))
+
+
 def fold_at(space: Space, y: Matrix, tangent: Matrix) -> Located | None:
-    """Find the fold near a point; None if there is none."""
-    functions, n = space.functions, space.functions.size
+    """Find the fold near a point; None if it is not proven that there is one."""
+    n = space.functions.size
     null = _unit(tangent[:-1] * space.scale[:-1])
     fixed = [mpf(x) for x in null.tolist()]
 
-    def linearized(z: Sequence[Mpf]) -> _Linearized:
-        level, slopes = functions.slopes_at(z[: n + 1])
-        phi = z[n + 1 :]
-        matrix = mpmath.zeros(2 * n + 1, 2 * n + 1)
-        _put(matrix, slopes, 0, 0)
-        _put(matrix, slopes[:, :n], n, n + 1)
-        for (row, first, second), value in functions.curvatures_at(z[: n + 1]).items():
+    def extended(values: Derivatives, phi: Sequence[Any], normal: Sequence[Any]) -> _Extended:
+        """Write F, F_x φ and φ₀·φ − 1."""
+        moved = [0 * values.levels[0]] * n
+        entries: dict[tuple[int, int], Any] = {(2 * n, n + 1 + k): x for k, x in enumerate(normal)}
+        for (row, column), slope in values.slopes.items():
+            entries[row, column] = slope
+            if column < n:
+                entries[n + row, n + 1 + column] = slope
+                moved[row] = moved[row] + slope * phi[column]
+        for (row, first, second), value in values.curvatures.items():
             if second < n:
-                matrix[n + row, first] += value * phi[second]
-        for k in range(n):
-            matrix[2 * n, n + 1 + k] = fixed[k]
-        moved = [mpmath.fdot(slopes[row, :n].tolist()[0], phi) for row in range(n)]
-        return [*level, *moved, mpmath.fdot(fixed, phi) - 1], matrix
+                added = value * phi[second]
+                entries[n + row, first] = entries.get((n + row, first), 0 * added) + added
+        return [*values.levels, *moved, _dot(normal, phi) - 1], entries
 
-    return _located(space, _newton(linearized, [*map(mpf, y.tolist()), *fixed]))
+    return _extended_root(space, extended, y, fixed, fixed)
 
 
 def crossing_at(space: Space, y: Matrix) -> Crossing | None:
-    """Find the simple branch point near a point; None if there is none."""
-    functions, n = space.functions, space.functions.size
+    """Find the simple branch point near a point; None if it is not proven that there is one."""
+    n = space.functions.size
     known = space.linearized(y)
     if known is None:
         return None
     left, _, _ = np.linalg.svd(known[1])
     fixed = [mpf(x) for x in _unit(left[:, -1] / space.rows).tolist()]
 
-    def linearized(z: Sequence[Mpf]) -> _Linearized:
-        level, slopes = functions.slopes_at(z[: n + 1])
-        mu, psi = z[n + 1], z[n + 2 :]
-        matrix = mpmath.zeros(2 * n + 2, 2 * n + 2)
-        _put(matrix, slopes, 0, 0)
-        _put(matrix, slopes.T, n, n + 2)
+    def extended(values: Derivatives, more: Sequence[Any], normal: Sequence[Any]) -> _Extended:
+        """Write F + μ ψ, Jᵀψ and ψ₀·ψ − 1."""
+        mu, psi = more[0], more[1:]
+        turned = [0 * mu] * (n + 1)
+        entries: dict[tuple[int, int], Any] = {}
         for row in range(n):
-            matrix[row, n + 1] = psi[row]
-            matrix[row, n + 2 + row] = mu
-            matrix[2 * n + 1, n + 2 + row] = fixed[row]
-        for (row, first, second), value in functions.curvatures_at(z[: n + 1]).items():
-            matrix[n + first, second] += value * psi[row]
-        right = [a + mu * b for a, b in zip(level, psi, strict=True)]
-        right += [mpmath.fdot(slopes[:, k], psi) for k in range(n + 1)]
-        return [*right, mpmath.fdot(fixed, psi) - 1], matrix
+            entries[row, n + 1] = psi[row]
+            entries[row, n + 2 + row] = mu
+            entries[2 * n + 1, n + 2 + row] = normal[row]
+        for (row, column), slope in values.slopes.items():
+            entries[row, column] = slope
+            entries[n + column, n + 2 + row] = slope
+            turned[column] = turned[column] + slope * psi[row]
+        for (row, first, second), value in values.curvatures.items():
+            added = value * psi[row]
+            place = (n + first, second)
+            entries[place] = entries.get(place, 0 * added) + added
+        levels = [a + mu * b for a, b in zip(values.levels, psi, strict=True)]
+        return [*levels, *turned, _dot(normal, psi) - 1], entries
 
-    solution = _newton(linearized, [*map(mpf, y.tolist()), mpf(0), *fixed])
+    at = _extended_root(space, extended, y, [mpf(0), *fixed], fixed)
+    if at is None:
+        return None
+    mu, psi = at.more[0], at.more[1:]
+    size = max(abs(a * mpf(b)) for a, b in zip(psi, (1 / space.rows).tolist(), strict=True))
+    if abs(mu) * size > _MEETING:
+        return None
+    return Crossing(at, _directions(space, at, psi))
+
+
+def _extended_root(
+    space: Space,
+    extended: Callable[[Derivatives, Sequence[Any], Sequence[Any]], _Extended],
+    y: Matrix,
+    more: Sequence[Mpf],
+    normal: Sequence[Mpf],
+) -> Located | None:
+    """Find the root of a system that is regular at a singular point, with a proof.
+
+    Parameters
+    ----------
+    extended
+        Writes the equations and their derivatives, over derivatives of F, further unknowns and the
+        normal.
+    y, more
+        A point near it, and the further unknowns there.
+    normal
+        Coefficients of the condition that fixes the size of a null vector.
+    """
+    functions, n = space.functions, space.functions.size
+
+    def linearized(z: Sequence[Mpf]) -> _Linearized:
+        levels, entries = extended(functions.entries_at(z[: n + 1]), z[n + 1 :], normal)
+        matrix = mpmath.zeros(len(levels), len(levels))
+        for place, value in entries.items():
+            matrix[place] = value
+        return levels, matrix
+
+    solution = _newton(linearized, [*map(mpf, y.tolist()), *more])
     at = _located(space, solution)
     if at is None or solution is None:
         return None
-    mu, psi = solution[0][n + 1], solution[0][n + 2 :]
-    size = max(abs(a * mpf(b)) for a, b in zip(psi, (1 / space.rows).tolist(), strict=True))
-    if abs(mu) * size > _ZERO:
+    weights = [around(x, mpf(0)) for x in normal]
+
+    def enclosed(z: Sequence[Interval]) -> _Extended:
+        return extended(functions.enclosed_entries(z[: n + 1]), z[n + 1 :], weights)
+
+    unknown = solution[0]
+    equations = IntervalSystem(lambda z: enclosed(z)[0], lambda z: enclosed(z)[1], len(unknown))
+    radii = equations.root_radii(unknown)
+    if radii is None:
         return None
-    return Crossing(at, _directions(space, at, psi))
+    error = float(radii[n]) / (space.high - space.low)
+    return replace(at, error=error, more=tuple(unknown[n + 1 :]))
+
+
+def _dot(first: Sequence[Any], second: Sequence[Any]) -> Any:
+    products = [a * b for a, b in zip(first, second, strict=True)]
+    return sum(products[1:], products[0])
 
 
 def _directions(space: Space, at: Located, psi: Sequence[Mpf]) -> tuple[Matrix, ...]:

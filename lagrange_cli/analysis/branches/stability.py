@@ -10,6 +10,7 @@ import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
+from lagrange_cli.analysis.branches.marked_curve import Mark, Traced, insert
 from lagrange_cli.analysis.branches.poles import (
     MOST_STATES,
     Counts,
@@ -17,8 +18,7 @@ from lagrange_cli.analysis.branches.poles import (
     counted,
     equilibrium,
 )
-from lagrange_cli.analysis.branches.singular_points import Located, point_at
-from lagrange_cli.analysis.branches.tracing import Mark, Traced, insert
+from lagrange_cli.analysis.branches.singular_points import Located, proven_point_at
 from lagrange_cli.analysis.branches.values import MarkedPoint, Stretch
 from lagrange_cli.analysis.linear.linearize import linear_system
 from lagrange_cli.analysis.linear.stability import stability
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.values import MarkKind
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
+
+_DIFFERENT = Phrase("points of the stretch differ")
 
 #: Halvings of an interval in which the number of unstable poles changes.
 _HALVINGS = 14
@@ -84,19 +86,23 @@ class Judge:
 
     def stretches(self, branch: Traced) -> tuple[Stretch, ...]:
         """Split a branch at its marks and at crossings of poles, and judge the parts."""
-        self._mark_poles(branch)
+        unresolved = self._mark_poles(branch)
         _turn_to_mark(branch)
         last = len(branch.points) - 1
         inner = [k for k, _ in branch.marks if 0 < k < last]
         cuts = [0, *dict.fromkeys(inner), last]
         return tuple(
-            Stretch(first, end, self._over(branch.points[first : end + 1]))
+            Stretch(first, end, self._over(branch.points[first : end + 1], unresolved))
             for first, end in pairwise(cuts)
             if end > first
         )
 
-    def _mark_poles(self, branch: Traced) -> None:
-        """Mark the points between marks at which poles cross the imaginary axis."""
+    def _mark_poles(self, branch: Traced) -> list[CurvePoint]:
+        """Mark the points between marks at which poles cross the imaginary axis.
+
+        Returns the points behind which their numbers change, and no crossing is found.
+        """
+        unresolved: list[CurvePoint] = []
         marked = {k for k, _ in branch.marks}
         counts = counted(self.space, [p.y for p in branch.points])
         crossings: list[tuple[int, Mark]] = []
@@ -107,13 +113,13 @@ class Judge:
                 if k + side in marked:
                     ends[side] = self._beside(ends[side], ends[1 - side])
                     end_counts[side] = counted(self.space, [ends[side]])[0]
-            crossings += [
-                (k, mark)
-                for mark in self._changes((ends[0], end_counts[0]), (ends[1], end_counts[1]))
-            ]
+            changes = self._changes((ends[0], end_counts[0]), (ends[1], end_counts[1]))
+            crossings += [(k, mark) for mark in changes if mark is not None]
+            unresolved += [branch.points[k]] if None in changes else []
         for k, mark in reversed(crossings):
             insert(self.space, branch, k, mark)
         branch.marks.sort(key=lambda pair: pair[0])
+        return unresolved
 
     def _beside(self, marked: Matrix, neighbour: Matrix) -> Matrix:
         """Return a point beside a marked one."""
@@ -126,16 +132,18 @@ class Judge:
         y = self.space.corrected(guess, chord / np.linalg.norm(chord))
         return guess if y is None else y
 
-    def _changes(self, start: _Counted, end: _Counted) -> list[Mark]:
-        """Locate changes of the numbers of poles between two points, in their order."""
-        marks = []
+    def _changes(self, start: _Counted, end: _Counted) -> list[Mark | None]:
+        """Locate changes of the numbers of poles between two points; None for one not found."""
+        marks: list[Mark | None] = []
         for first, last in self._intervals(start, end, _HALVINGS):
             assert first[1] is not None
             assert last[1] is not None
             is_flutter = first[1].negative == last[1].negative
-            mark = self._crossing(start[0], end[0], first[0], last[0], is_flutter=is_flutter)
-            if mark is not None:
-                marks.append(mark)
+            # Eigenvalues of K vanish in pairs where there is neither a fold nor a branch point.
+            if (first[1].negative - last[1].negative) % 2:
+                marks.append(None)
+                continue
+            marks.append(self._crossing(start[0], end[0], first[0], last[0], is_flutter=is_flutter))
         return marks
 
     def _intervals(
@@ -188,12 +196,14 @@ class Judge:
 
     # Verdicts.
 
-    def _over(self, points: list[CurvePoint]) -> Stability:
+    def _over(self, points: list[CurvePoint], unresolved: list[CurvePoint]) -> Stability:
         """Decide the stability of a stretch at two points of it; undecided if they differ."""
+        if any(p is q for p in points[:-1] for q in unresolved):
+            return Stability("undecided", _DIFFERENT)
         verdicts = [self._at(points, part) for part in _PLACES]
         known = [v for v in verdicts if v.verdict != "undecided"] or verdicts
         if len({v.verdict for v in known}) > 1:
-            return Stability("undecided", Phrase("points of the stretch differ"))
+            return Stability("undecided", _DIFFERENT)
         return known[0]
 
     def _at(self, points: list[CurvePoint], part: float) -> Stability:
@@ -201,9 +211,11 @@ class Judge:
         k = min(int(place), len(points) - 2)
         start, end = points[k].y, points[k + 1].y
         chord = (end - start) / self.space.scale
+        if not chord.any():
+            return Stability("undecided", _DIFFERENT)
         share = min(max(place - k, 0.1), 0.9)
         guess = start + share * (end - start)
-        at = point_at(self.space, guess, chord / np.linalg.norm(chord))
+        at = proven_point_at(self.space, guess, chord / np.linalg.norm(chord))
         if at is None:
             return Stability("undecided", Phrase("the equilibrium could not be found in digits"))
         return self.stability(at)

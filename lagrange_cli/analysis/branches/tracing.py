@@ -17,6 +17,7 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.branches.continuation import Way, follow
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
+from lagrange_cli.analysis.branches.marked_curve import SAME, Cut, Mark, Traced, cut_apart, insert
 from lagrange_cli.analysis.branches.refining import refined
 from lagrange_cli.analysis.branches.singular_points import Crossing, Located, crossing_at, fold_at
 from lagrange_cli.analysis.values import Matrix
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 MOST_BRANCHES = 32
 #: Smallest singular value of J, over the largest, at which a branch is followed.
 _REGULAR = 1e-8
-#: Distance, in scaled unknowns, of points that are one.
-_SAME = 1e-7
 #: Distance of a point from a chord, over the chord, of a point that may lie on the branch.
 _BESIDE = 0.1
 #: Chords that are tried.
@@ -47,39 +46,18 @@ _STEEP = 1e-6
 _STILL = 1e-13
 #: Cosine of the angle between a branch and its own tangent at a branch point.
 _OWN = 0.9
-#: Halvings of an interval with a change of sign that no regular system of equations explains.
-_HALVINGS = 40
+#: Length of an interval, in scaled unknowns, at which bisection ends, and parts at which it divides
+#: one, the second where the first is a pole. Beside a pole points in doubles are soon off.
+_RESOLVED, _PARTS = 1e-9, (0.5, 0.41)
+#: Growth of the logarithm of det J towards a pole.
+_GROWN = 5.0
+#: Part of a tangent along the parameter whose sign is not known, one at which bisection ends, and
+#: rounding of doubles.
+_LEVEL, _FLAT, _ROUNDING = 1e-9, 1e-7, 1e-15
 
 
 _Changed: TypeAlias = Callable[[CurvePoint], bool]
 """Says whether a point is beyond a change of sign."""
-
-
-@dataclass
-class Mark:
-    """A marked point; ``frequency`` is that of flutter."""
-
-    kind: MarkKind
-    at: Located
-    frequency: float | None = None
-
-    @property
-    def y(self) -> Matrix:
-        """The point in doubles."""
-        return np.array([float(x) for x in self.at.y])
-
-
-@dataclass
-class Traced:
-    """A branch: its points, and its marks as pairs of an index of a point and a mark."""
-
-    points: list[CurvePoint]
-    ends: tuple[EndKind, EndKind]
-    marks: list[tuple[int, Mark]] = field(default_factory=list)
-
-    @property
-    def is_closed(self) -> bool:
-        return self.ends[1] == "closed"
 
 
 @dataclass
@@ -96,6 +74,7 @@ class Tracing:
     skipped: int = 0
     left: int = 0
     _waiting: deque[tuple[Mark, Matrix]] = field(default_factory=deque)
+    _crossings: dict[tuple[int, int], Crossing | None] = field(default_factory=dict)
 
     def start_at(self, y: Matrix) -> None:
         """Follow the branch of an equilibrium, and all that meet it, unless it is known."""
@@ -147,15 +126,20 @@ class Tracing:
             self.skipped += 1
             return
         self._refine(branch)
-        self.branches.append(branch)
-        marks = [
-            (k, mark)
+        cuts = [
+            (k, cut)
             for k in range(len(branch.points) - 1)
-            for mark in self._between(branch.points[k], branch.points[k + 1])
+            if (cut := self._cut(branch.points[k], branch.points[k + 1])) is not None
         ]
-        for k, mark in reversed(marks):
-            insert(self.space, branch, k, mark)
-        branch.marks.sort(key=lambda pair: pair[0])
+        parts = cut_apart(self.space, branch, cuts)
+        self.skipped += not parts
+        for part in parts:
+            self.branches.append(part)
+            marks = self._marks_of(part)
+            for k, mark in reversed(marks):
+                insert(self.space, part, k, mark)
+            part.marks.sort(key=lambda pair: pair[0])
+        self._crossings.clear()  # of these points alone
 
     def _refine(self, branch: Traced) -> None:
         """Add points between those of a branch, separately between its marks."""
@@ -170,39 +154,77 @@ class Tracing:
 
     # Marks.
 
-    def _between(self, here: CurvePoint, after: CurvePoint) -> list[Mark]:
-        """Locate the folds and branch points between two neighbouring points."""
-        crosses = here.turn * after.turn < 0
-        turns = here.slope * after.slope < 0
-        marks: list[Mark] = []
-        if crosses:
-            marks.append(self._crossing(here, after))
-        # A pitchfork explains that the parameter turns back.
-        if turns and all(mark.kind == "transcritical" for mark in marks):
-            fold = self._fold(here, after)
-            if fold is not None:
-                marks.append(fold)
-        return sorted(marks, key=lambda m: float(here.tangent @ self._gap(m.y, here.y)))
+    def _marks_of(self, branch: Traced) -> list[tuple[int, Mark]]:
+        """Locate the folds and branch points of a branch, each with the point before it."""
+        points = branch.points
+        crossings = [
+            (k, mark)
+            for k, (here, after) in enumerate(pairwise(points))
+            if (mark := self._crossing(here, after)) is not None
+        ]
+        marks = list(crossings)
+        sloping = [k for k, point in enumerate(points) if abs(point.slope) > _LEVEL]
+        for i, j in pairwise(sloping):
+            # A pitchfork explains that the parameter turns back.
+            passed = [m for k, m in crossings if i <= k < j]
+            passed += [m for k, m in branch.marks if i < k < j]
+            if points[i].slope * points[j].slope < 0 and all(
+                mark.kind == "transcritical" for mark in passed
+            ):
+                fold = self._fold(points[i], points[j])
+                behind = self._place(points[i : j + 1], fold.y)
+                marks.append((i + (behind or 0), fold))
+        return sorted(marks, key=lambda m: (m[0], self._way(points[m[0]], m[1])))
+
+    def _way(self, origin: CurvePoint, mark: Mark) -> float:
+        return float(origin.tangent @ self._gap(mark.y, origin.y))
 
     def _gap(self, y: Matrix, origin: Matrix) -> Matrix:
         return self.space.difference(y, origin)
 
-    def _crossing(self, here: CurvePoint, after: CurvePoint) -> Mark:
-        middle = _middle(self.space, here, after)
-        crossing = crossing_at(self.space, middle)
-        if crossing is None or not self._is_inside(crossing.at, here, after):
-            at = self._bisected(here, after, lambda p: p.turn * here.turn < 0)
-            return self._known(Mark("branch point", at))
+    def _crossing(self, here: CurvePoint, after: CurvePoint) -> Mark | None:
+        """Locate the branch point between two points with a proof; None if there is none."""
+        crossing = self._proven_crossing(here, after)
+        if crossing is None:
+            return None
         mark = self._known(Mark(self._kind(crossing), crossing.at))
         if crossing.tangents:
             tangent = min(crossing.tangents, key=lambda t: abs(float(t @ here.tangent)))
             self._waiting.append((mark, tangent))
         return mark
 
+    def _proven_crossing(self, here: CurvePoint, after: CurvePoint) -> Crossing | None:
+        if here.turn * after.turn >= 0:
+            return None
+        ends = id(here), id(after)
+        if ends not in self._crossings:
+            crossing = crossing_at(self.space, _middle(self.space, here, after))
+            near = crossing and self._is_inside(crossing.at, here, after)
+            self._crossings[ends] = crossing if near else None
+        return self._crossings[ends]
+
+    def _cut(self, here: CurvePoint, after: CurvePoint) -> Cut | None:
+        """Say where a branch ends between two points at which det J has different signs.
+
+        It does where no branch point is proven: det J passes infinity, or is not known to pass
+        zero at one point.
+        """
+        if here.turn * after.turn >= 0 or self._proven_crossing(here, after) is not None:
+            return None
+        near = self._bisected(here, after, lambda p: p.turn * here.turn < 0)
+        far = max(map(self._determinant, (here, after)))
+        is_pole = min(map(self._determinant, near)) > far + _GROWN
+        return Cut(near, "pole" if is_pole else "stuck")
+
+    def _determinant(self, point: CurvePoint) -> float:
+        """Return the logarithm of the size of det [J; tangent]."""
+        known = self.space.linearized(point.y)
+        return -np.inf if known is None else float(_bordered(known[1], point.tangent)[1])
+
     def _known(self, mark: Mark) -> Mark:
         """Return the mark already located at this point, else this one."""
         for earlier in self.marks:
-            if np.abs(self._gap(mark.y, earlier.y)).max() < _SAME:
+            if np.abs(self._gap(mark.y, earlier.y)).max() < SAME:
                 return earlier
         self.marks.append(mark)
         return mark
@@ -219,33 +241,56 @@ class Tracing:
         moved = probe is None or abs(probe[-1] - y[-1]) > _STILL * self.space.scale[-1]
         return "pitchfork" if moved else "branch point"
 
-    def _fold(self, here: CurvePoint, after: CurvePoint) -> Mark | None:
+    def _fold(self, here: CurvePoint, after: CurvePoint) -> Mark:
         weight = here.slope / (here.slope - after.slope)
         guess = here.y + weight * (after.y - here.y)
         tangent = (1 - weight) * here.tangent + weight * after.tangent
         at = fold_at(self.space, guess, tangent)
         if at is None or not self._is_inside(at, here, after):
-            at = self._bisected(here, after, lambda p: p.slope * here.slope < 0)
+            at = self._turning(here, after)
         return self._known(Mark("fold", at))
+
+    def _turning(self, here: CurvePoint, after: CurvePoint) -> Located:
+        """Return a point near which the parameter turns back.
+
+        Its error is what the parameter changes by at most along an interval at whose ends the sign
+        of the slope is known.
+        """
+
+        def changed(point: CurvePoint) -> bool:
+            return point.slope * here.slope < 0
+
+        wide = self._bisected(here, after, changed, _FLAT)
+        near = self._bisected(*wide, changed)
+        middle = (near[0].y + near[1].y) / 2
+        gap = float(np.linalg.norm(self._gap(wide[1].y, wide[0].y)))
+        error = 2 * gap * max(abs(point.slope) for point in wide)
+        return Located(tuple(map(mpf, middle.tolist())), max(error, _ROUNDING), gap)
 
     def _is_inside(self, at: Located, here: CurvePoint, after: CurvePoint) -> bool:
         length = np.abs(self._gap(after.y, here.y)).max()
         gaps = (np.abs(self._gap(_doubles(at), p.y)).max() for p in (here, after))
         return bool(max(gaps) < 1.5 * length)
 
-    def _bisected(self, here: CurvePoint, after: CurvePoint, changed: _Changed) -> Located:
-        """Bisect an interval to the change of a sign, as far as points can be corrected."""
-        for _ in range(_HALVINGS):
-            y = self.space.corrected(_middle(self.space, here, after), here.tangent)
-            point = None if y is None else self.space.point(y, here.tangent)
-            if point is None:
+    def _bisected(
+        self, here: CurvePoint, after: CurvePoint, changed: _Changed, least_slope: float = 0.0
+    ) -> tuple[CurvePoint, CurvePoint]:
+        """Bisect an interval to the change of a sign, as far as points can be corrected.
+
+        It ends where the parameter's part of the tangent is below ``least_slope``.
+        """
+        while float(np.abs(self._gap(after.y, here.y)).max()) > _RESOLVED:
+            tried = (self._at(here, after, part) for part in _PARTS)
+            point = next((p for p in tried if p is not None), None)
+            if point is None or abs(point.slope) <= least_slope:
                 break
             here, after = (here, point) if changed(point) else (point, after)
-        width = abs(after.y[-1] - here.y[-1]) / self.space.scale[-1]
-        middle = (here.y + after.y) / 2
-        gap = np.abs(self._gap(after.y, here.y)).max()
-        middle[np.abs(middle) <= 2 * gap * self.space.scale] = 0.0
-        return Located(tuple(map(mpf, middle.tolist())), float(width))
+        return here, after
+
+    def _at(self, here: CurvePoint, after: CurvePoint, part: float) -> CurvePoint | None:
+        guess = here.y + part * (after.y - here.y)
+        y = self.space.corrected(guess, here.tangent)
+        return None if y is None else self.space.point(y, here.tangent)
 
     # Other branches.
 
@@ -332,17 +377,17 @@ class Tracing:
         chord = (second.y - first.y) / self.space.scale
         length = float(np.linalg.norm(chord))
         if length == 0.0:
-            return float(np.abs(gap).max()) < _SAME
+            return float(np.abs(gap).max()) < SAME
         part = -(gap @ chord) / length**2
         if not -0.5 <= part <= 1.5:
             return False
         offset = gap + part * chord
-        if float(np.linalg.norm(offset)) > _BESIDE * length + _SAME:
+        if float(np.linalg.norm(offset)) > _BESIDE * length + SAME:
             return False
         there = self.space.corrected(first.y + part * (second.y - first.y), chord / length)
         if there is None:
-            return float(np.linalg.norm(offset)) < _SAME
-        return float(np.abs(self._gap(there, y)).max()) < _SAME
+            return float(np.linalg.norm(offset)) < SAME
+        return float(np.abs(self._gap(there, y)).max()) < SAME
 
 
 def _middle(space: Space, here: CurvePoint, after: CurvePoint) -> Matrix:
@@ -363,15 +408,7 @@ def _joined(back: Way, forth: Way) -> Traced:
     return Traced(points, (back.end, forth.end))
 
 
-def insert(space: Space, branch: Traced, k: int, mark: Mark) -> None:
-    """Put a mark's point behind the k-th one of a branch, or take a neighbour if it is there."""
-    for near in (k, k + 1):
-        if np.abs(space.difference(branch.points[near].y, mark.y)).max() < _SAME:
-            branch.marks.append((near, mark))
-            return
-    here, after = branch.points[k], branch.points[k + 1]
-    y = here.y + space.difference(mark.y, here.y) * space.scale
-    tangent = here.tangent + after.tangent
-    branch.points.insert(k + 1, CurvePoint(y, tangent / np.linalg.norm(tangent), 0.0))
-    branch.marks = [(n + (n > k), m) for n, m in branch.marks]
-    branch.marks.append((k + 1, mark))
+def _bordered(slopes: Matrix, tangent: Matrix) -> tuple[float, float]:
+    """Return the sign of det [J; tangent] and the logarithm of its size."""
+    sign, size = np.linalg.slogdet(np.vstack([slopes, tangent]))
+    return float(sign), float(size)

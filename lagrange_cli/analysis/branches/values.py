@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Stability
 
 EndKind: TypeAlias = Literal[
-    "range", "closed", "branch point", "singular", "far", "stuck", "budget"
+    "range", "closed", "branch point", "singular", "pole", "far", "stuck", "budget"
 ]
 """The way in which a branch ends.
 
 ``range``: with the parameter's range. ``closed``: where it began. ``branch point``: it begins at
 one, from which no other side leads into the range. ``singular``: coordinates are singular or not
-allowed beyond. ``far``: unknowns leave every bound. ``stuck``: no step is safe. ``budget``: there
-are too many points.
+allowed beyond. ``pole``: forces grow without bound. ``far``: unknowns leave every bound. ``stuck``:
+no step is safe. ``budget``: there are too many points.
 """
 
 MarkKind: TypeAlias = Literal[

@@ -127,11 +127,25 @@ class Existence:
         if not np.isfinite(jacobian).all():
             return
         yield from self._chosen(jacobian, unknown, self.rows, self.columns)
+        ways = [self._without_small(jacobian, unknown), self._by_symmetry(jacobian, unknown)]
+        # A symmetry shows a continuum, but is sought for long beside closures.
+        for way in ways if self.system.functions.m else ways[::-1]:
+            yield from way
+
+    def _without_small(
+        self, jacobian: Matrix, unknown: list[Mpf]
+    ) -> Iterator[tuple[list[Mpf], _Part]]:
+        """Set small unknowns to zero, which may leave fewer equations."""
         zeros = [k for k in self.columns if abs(unknown[k]) < _NOTHING]
         if zeros:
             without = [mpf(0) if k in zeros else x for k, x in enumerate(unknown)]
             columns = [k for k in self.columns if k not in zeros]
             yield from self._chosen(jacobian, without, self._rows_without(zeros), columns)
+
+    def _by_symmetry(
+        self, jacobian: Matrix, unknown: list[Mpf]
+    ) -> Iterator[tuple[list[Mpf], _Part]]:
+        """Keep the coordinates that symmetries move, and leave out their equations."""
         missing = len(self.rows) - self._rank(jacobian, self.rows)
         fields = self._fields_at(unknown) if missing else np.zeros((0, 0))
         if missing and len(fields) == missing:

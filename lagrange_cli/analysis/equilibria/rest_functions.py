@@ -68,6 +68,14 @@ def exact_value(value: Mpf, exact: sp.Expr | None) -> sp.Expr | None:
     return None
 
 
+def enclosed_value(value: Mpf, exact: sp.Expr | None) -> Interval:
+    """Enclose the exact number that decimals of a parameter stand for, as :func:`exact_value`."""
+    number = exact_value(value, exact)
+    if number is not None and number.is_Rational:
+        return interval_of_ratio(number)
+    return around(value, _DECIMALS * abs(value))
+
+
 @dataclass(frozen=True)
 class _Sized:
     """A number with the size of the terms that it is a sum of: one small beside it is rounding."""
@@ -291,11 +299,7 @@ class RestFunctions:
         return self._evaluated(wanted, point, functions, interval_of_ratio)
 
     def _enclosed_value(self, symbol: sp.Symbol) -> Interval:
-        value = self._known.get(symbol, mpf(0))
-        exact = exact_value(value, self._exact.get(symbol))
-        if exact is not None and exact.is_Rational:
-            return interval_of_ratio(exact)
-        return around(value, _DECIMALS * abs(value))
+        return enclosed_value(self._known.get(symbol, mpf(0)), self._exact.get(symbol))
 
     # One configuration in many digits.
 

@@ -50,6 +50,7 @@ def end_line(kind: EndKind, place: str, say: Language) -> str:
     return {
         "branch point": say("begins at {place}", place=place),
         "singular": say("ends at {place}: coordinates are singular beyond", place=place),
+        "pole": say("ends at {place}: forces grow without bound there", place=place),
         "far": say("ends at {place}: it leaves every bound", place=place),
         "stuck": say("ends at {place}: it could not be followed further", place=place),
         "budget": say("ends at {place}: the budget is spent", place=place),

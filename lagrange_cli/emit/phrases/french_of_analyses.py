@@ -240,6 +240,9 @@ FRENCH_OF_ANALYSES = {
     "ends at {place}: coordinates are singular beyond": (
         "finit en {place}\u00a0: au-delà les coordonnées sont singulières"
     ),
+    "ends at {place}: forces grow without bound there": (
+        "finit en {place}\u00a0: les forces y croissent sans borne"
+    ),
     "ends at {place}: it leaves every bound": "finit en {place}\u00a0: dépasse toute borne",
     "ends at {place}: it could not be followed further": (
         "finit en {place}\u00a0: n'a pas pu être suivie plus loin"

@@ -237,6 +237,9 @@ GERMAN_OF_ANALYSES = {
     "ends at {place}: coordinates are singular beyond": (
         "endet bei {place}: Dahinter sind Koordinaten singulär"
     ),
+    "ends at {place}: forces grow without bound there": (
+        "endet bei {place}: Kräfte wachsen dort über alle Grenzen"
+    ),
     "ends at {place}: it leaves every bound": "endet bei {place}: wächst über alle Grenzen",
     "ends at {place}: it could not be followed further": (
         "endet bei {place}: ließ sich nicht weiter verfolgen"
