@@ -223,3 +223,14 @@ forces: {drive: {on: x, force: c*dot(x)}}
     _, found = solved(scene)
     assert [p.stability.verdict for p in found.points] == ["undecided"]
     assert found.points[0].stability.stable_where == ()
+
+
+def test_positive_coordinates_are_positive_without_values_too():
+    scene = """\
+parameters: {m: {}, k: {positive: true}, b: {positive: true}}
+particles: {ball: {mass: m, position: [r, 0, 0]}}
+coordinates: {r: {positive: true}}
+potentials: {spring: k*(r - b)^2*r^2}
+"""
+    laws, _ = solved(scene)
+    assert sorted(laws) == [("b",), ("b/2",)]

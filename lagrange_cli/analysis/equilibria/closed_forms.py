@@ -393,6 +393,10 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
     if any(branch.under_relations(e).has(sp.zoo, sp.nan, sp.oo) for e in (*exact, *forces)):
         return None  # a relation makes a divisor vanish, whose branch is another one
     if system.missing:
+        if any(
+            c.q.is_positive and e.is_nonpositive for c, e in zip(coordinates, exact, strict=True)
+        ):
+            return None
         if not vanish(*placed):
             raise _BudgetError
         return point
