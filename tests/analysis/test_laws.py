@@ -95,6 +95,7 @@ def test_a_sine_of_a_parameter_may_vanish_and_g_is_said_not_to():
     assert (found.complete, found.nonzero) == (True, ("g",))
 
 
+@pytest.mark.slow
 def test_a_relation_is_put_into_the_other_equations():
     """Where k = c both forces vanish; else x = 0, and y = 0 or k = w."""
     laws, found = solved(SPRINGS)
@@ -102,6 +103,7 @@ def test_a_relation_is_put_into_the_other_equations():
     assert found.complete
 
 
+@pytest.mark.slow
 def test_what_is_divided_by_may_vanish():
     """(a − b) cos u = (P − Q) sin u; with P = Q alone cos u = 0."""
     laws, found = solved(TORQUES)

@@ -208,6 +208,7 @@ def test_nothing_is_in_equilibrium_where_time_acts(capsys: pytest.CaptureFixture
     assert "nothing stays at rest: the equations depend on t" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_multipliers_take_part_in_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:
     scene = [str(SCENES["pendulum_in_cartesian_coordinates"]), "--by", "virtual-work"]
     written = lines(capsys, scene, "Principle of virtual work")
