@@ -202,34 +202,33 @@ def remark_on(line: ConstraintLine, say: Language = ENGLISH, *, classified: bool
         implied = say("redundant, implied by {listed}", listed=others) + part
         remarks.append(implied if others else say("redundant"))
     if classified:
-        remarks.append(", ".join(say(word) for word in _kind(line)))
+        remarks.append(_kind(line, say))
     if line.status == "unilateral" and line.restitution:
         remarks.append(say("restitution {value}", value=line.restitution))
     return "; ".join(remarks)
 
 
-def _kind(line: ConstraintLine) -> tuple[str, str]:
+def _kind(line: ConstraintLine, say: Language) -> str:
     """Class of a constraint by what it restricts, and by t."""
-    restricts = {"nonholonomic": "nonholonomic", "unilateral": "one-sided"}
-    time = "rheonomic" if line.rheonomic else "scleronomic"
-    return restricts.get(line.status, "holonomic"), time
+    restricts = {"nonholonomic": say("nonholonomic"), "unilateral": say("one-sided")}
+    time = say("rheonomic") if line.rheonomic else say("scleronomic")
+    return f"{restricts.get(line.status) or say('holonomic')}, {time}"
 
 
-def implied_kind(equations: Equations) -> tuple[str, ...]:
+def implied_kind(equations: Equations, say: Language) -> str:
     """Class of the constraints that the positions imply, as far as it is known."""
     if not equations.derivation.facts.rheonomic:
-        return ("holonomic", "scleronomic")
+        return f"{say('holonomic')}, {say('scleronomic')}"
     is_stated = any(line.rheonomic for line in equations.derivation.account.lines)
-    return ("holonomic",) if is_stated else ("holonomic", "rheonomic")
+    return say("holonomic") if is_stated else f"{say('holonomic')}, {say('rheonomic')}"
 
 
 def common_kind(equations: Equations, say: Language = ENGLISH) -> str:
     """``holonomic, scleronomic`` where all of several constraints are so; else empty."""
     account = equations.derivation.account
-    kinds: list[tuple[str, ...]] = [_kind(line) for line in account.lines]
-    kinds += [implied_kind(equations)] if account.implied else []
-    is_common = len(kinds) > 1 and len(set(kinds)) == 1
-    return ", ".join(say(word) for word in kinds[0]) if is_common else ""
+    kinds = [_kind(line, say) for line in account.lines]
+    kinds += [implied_kind(equations, say)] if account.implied else []
+    return kinds[0] if len(kinds) > 1 and len(set(kinds)) == 1 else ""
 
 
 def implied_line(equations: Equations, say: Language = ENGLISH) -> str:
@@ -244,7 +243,7 @@ def implied_line(equations: Equations, say: Language = ENGLISH) -> str:
     )
     if common_kind(equations):
         return counted
-    return f"{counted}; {', '.join(say(word) for word in implied_kind(equations))}"
+    return f"{counted}; {implied_kind(equations, say)}"
 
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
