@@ -102,6 +102,15 @@ PARTS = (
         None,
     ),
     Part(
+        "reductions",
+        "Numbers of --reduce",
+        "First times, extrema and means along oscillators, of expressions with kinks, steps and"
+        " peaks down to 1e-9 of the way wide, against closed forms in 40 digits. Open ones are"
+        " stated as not known.",
+        ("--members", "6"),
+        None,
+    ),
+    Part(
         "steps",
         "Printed steps",
         "Steps of all shipped scenes and of generated ones, by Lagrange's equations, by"
