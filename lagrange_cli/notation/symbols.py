@@ -283,6 +283,33 @@ def text_name(name: str, order: int = 0) -> str:
     return unicodedata.normalize("NFC", base + _DOTS[order]) + indices
 
 
+_MACRO = re.compile(r"\\(\w+) ?")
+_SCRIPT = re.compile(r"([\^_])(?:\{([^{}]*)\}|(.))")
+_PLAIN_MACROS = {"pi": "π", "ell": "ℓ", "times": "×", "cdot": "·", "infty": "∞", "pm": "±"}
+_ACCENTED = re.compile(r"\\(d?dot) *(?:\{(\w)\}|(\w))")
+
+
+def text_prose(text: str) -> str:
+    """Write a title whose formulas between dollars have plain letters: ``α`` for ``$\\alpha$``.
+
+    Formulas that Unicode has no letters for stay as they are.
+    """
+    return with_formulas(text, str, lambda formula: _plain_formula(formula) or f"${formula}$")
+
+
+def _plain_formula(formula: str) -> str | None:
+    """Return a formula of LaTeX in Unicode, None if it holds more than letters and scripts."""
+    letters = GREEK | _PLAIN_MACROS
+    plain = _MACRO.sub(lambda m: letters.get(m[1], m[0]), formula)
+    orders = {word: order for order, word in DOT_WORDS.items()}
+    plain = _ACCENTED.sub(
+        lambda m: unicodedata.normalize("NFC", (m[2] or m[3]) + _DOTS[orders[m[1]]]), plain
+    )
+    written = {"^": above, "_": below}
+    plain = _SCRIPT.sub(lambda m: written[m[1]](m[2] or m[3]) or m[0], plain)
+    return None if any(c in "\\{}^" for c in plain) else plain
+
+
 def _latex_word(word: str, *, upright: bool = False) -> str:
     """Return a base or subscript in math mode: letter, number, Greek macro or upright word."""
     if word in GREEK:

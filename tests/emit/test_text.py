@@ -151,9 +151,9 @@ def test_account_wording():
     assert "Degrees of freedom   3N = 6, 1 further coordinate, K = 4, DOF = 2\n" in text
     assert "Coordinates   r, θ   (chosen automatically)" in text
     text = " ".join(text.split())
-    assert "rod x^2 + z^2 = l^2 (satisfied by the definitions; holonomic, scleronomic)" in text
+    assert "rod x² + z² = l² (satisfied by the definitions; holonomic, scleronomic)" in text
     assert "again z1 = 0 (redundant, implied by table, rope; holonomic, scleronomic)" in text
-    assert "drive x = A*cos(t) (holonomic, rheonomic)" in text
+    assert "drive x = A cos t (holonomic, rheonomic)" in text
     assert "(implied) 2 constraints built into the positions; holonomic, scleronomic" in text
 
 

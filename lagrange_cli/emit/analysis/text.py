@@ -32,7 +32,7 @@ from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.emit.phrases.equations import none_conserved_line
 from lagrange_cli.emit.phrases.language import ENGLISH, Language, language
 from lagrange_cli.emit.text.conserved import conserved_row, energy
-from lagrange_cli.emit.text.writer import TextWriter
+from lagrange_cli.emit.text.writer import TextWriter, title_row
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined
@@ -107,7 +107,7 @@ class _Writer:
 
     def sections(self) -> Iterator[Iterable[Row | Block]]:
         analysis = self.analysis
-        yield [self.heading()]
+        yield [title_row(self.lines)]
         if analysis.equilibria is not None:
             yield self.equilibria(analysis.equilibria)
         if analysis.linearization is not None:
@@ -135,15 +135,6 @@ class _Writer:
         """Say a phrase of the analysis."""
         symbol = self.printer.symbol
         return Teller(self.say, symbol, str, escape_controls)(phrase)
-
-    def heading(self) -> Row:
-        name, title = (
-            self.analysis.equations.presentation.name,
-            self.analysis.equations.presentation.title,
-        )
-        if not title:
-            return Row(escape_controls(name), role="heading")
-        return Row(escape_controls(name), ": ", words(escape_controls(title)), "heading")
 
     # Equilibria.
 

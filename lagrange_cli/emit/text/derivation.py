@@ -18,8 +18,7 @@ from lagrange_cli.emit.text.constraints import closures, constraint_forces, cont
 from lagrange_cli.emit.text.energies import energies, forces, inputs, outputs
 from lagrange_cli.emit.text.freedom import account, parameters
 from lagrange_cli.emit.text.motion import accelerations, motion
-from lagrange_cli.emit.text.writer import DEFAULT_PARTS, TextWriter, heading_row
-from lagrange_cli.errors import escape_controls
+from lagrange_cli.emit.text.writer import DEFAULT_PARTS, TextWriter, heading_row, title_row
 from lagrange_cli.mechanics.families.families import families_in
 from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, page, words
@@ -150,7 +149,7 @@ def with_steps(
 def in_order(writer: TextWriter, above: _Parts, below: _Parts) -> Iterator[Iterable[Row | Block]]:
     """Write the sections that are wanted; what is abbreviated is known when all are written."""
     first, last = list(chosen(writer, above)), list(chosen(writer, below))
-    return iter([heading(writer), *first, abbreviations(writer), left_out(writer), *last])
+    return iter([[title_row(writer)], *first, abbreviations(writer), left_out(writer), *last])
 
 
 def chosen(writer: TextWriter, sections: _Parts) -> Iterator[Iterable[Row | Block]]:
@@ -200,13 +199,6 @@ def result(writer: TextWriter, form: str) -> list[Row]:
     if form == "explicit" and "equations" in writer.parts:
         return []
     return accelerations(writer, writer.say("Result"))
-
-
-def heading(writer: TextWriter) -> list[Row]:
-    name, title = writer.equations.presentation.name, writer.equations.presentation.title
-    if not title:
-        return [Row(escape_controls(name), role="heading")]
-    return [Row(escape_controls(name), ": ", words(escape_controls(title)), "heading")]
 
 
 def equations_in(writer: TextWriter, form: str) -> _Parts:

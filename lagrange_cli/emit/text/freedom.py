@@ -21,6 +21,7 @@ from lagrange_cli.emit.phrases.families import (
     sizes_line,
     text_ranges,
 )
+from lagrange_cli.emit.text.statements import statement_pieces
 from lagrange_cli.emit.text.writer import (
     TextWriter,
     equation_pieces,
@@ -104,7 +105,12 @@ def constraints(writer: TextWriter) -> Iterator[Row]:
         pieces: list[Piece] = []
         for (text, ranges), end in zip(equations, ends, strict=True):
             mark = "," if ranges else end
-            pieces += equation_pieces(escape_controls(text) + mark)
+            statement = statement_pieces(text, writer)
+            if statement is None:
+                pieces += equation_pieces(escape_controls(text) + mark)
+            else:
+                first, *others = suffixed(statement, mark, len(mark))
+                pieces += [replace(first, separator=" ", width=first.width + 1), *others]
             if ranges:
                 span = writer.range_piece(ranges)
                 pieces.append(replace(span, lead="  ", text=span.text + end))

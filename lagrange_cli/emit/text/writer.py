@@ -24,6 +24,7 @@ from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.one_line import OneLinePrinter
 from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Vocabulary
 
@@ -125,6 +126,17 @@ class TextWriter:
         """``label = expression``, and what is said of it."""
         shown = self.pieces(expression)
         return formula(label, " = ", shown, aside=escape_controls(aside))
+
+
+def title_row(writer: TextWriter) -> Row:
+    """Return the name and the title of the scene, whose formulas are in plain letters."""
+    presentation = writer.equations.presentation
+    name, title = escape_controls(presentation.name), presentation.title
+    if not title:
+        return heading_row(name)
+    is_ascii = isinstance(writer.printer, ScenePrinter)
+    shown = words(escape_controls(title if is_ascii else text_prose(title)))
+    return Row(name, ": ", shown, "heading")
 
 
 def heading_row(text: str) -> Row:
