@@ -48,8 +48,8 @@ def equations(text: str = BEAD, forces: bool = False) -> Equations:
 def test_account_and_contacts() -> None:
     lines = derivation_text(equations(), width=100).splitlines()
     assert "Degrees of freedom   3N = 3, K = 1, DOF = 2, 2 one-sided constraints" in lines
-    assert "  sphere   x^2 + z^2 >= R^2   (one-sided, scleronomic; restitution e/2)" in lines
-    assert "  rope     (x - t)^2 + z^2 <= 9*R^2   (one-sided, rheonomic)" in lines
+    assert "  sphere   x² + z² ≥ R²   (one-sided, scleronomic; restitution e/2)" in lines
+    assert "  rope     (x - t)² + z² ≤ 9 R²   (one-sided, rheonomic)" in lines
     start = lines.index("Contacts")
     assert lines[start : start + 6] == [
         "Contacts",
@@ -102,7 +102,7 @@ def test_json() -> None:
     }
     assert (rope["name"], rope["restitution"]) == ("rope", "0")
     assert [row["residual"] for row in report["equations"]] == [
-        "m*ddot(x) - 2*lambda_sphere*x - 2*lambda_rope*(t - x)",
+        "m*ddot(x) - 2*lambda_sphere*x + 2*lambda_rope*(x - t)",
         "m*ddot(z) + m*g - 2*lambda_sphere*z + 2*lambda_rope*z",
     ]
 
