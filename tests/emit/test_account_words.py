@@ -23,27 +23,27 @@ def shown(rest: str) -> str:
     [
         ("constraints: {wire: 'z = a*x^2', plane: y = 0}", ["(all)   holonomic, scleronomic"]),
         ("constraints: {floor: z = a}", ["floor   z = a   (holonomic, scleronomic)"]),
-        ("constraints: {lift: 'z = b*t^2'}", ["lift   z = b*t^2   (holonomic, rheonomic)"]),
+        ("constraints: {lift: 'z = b*t^2'}", ["lift   z = b t²   (holonomic, rheonomic)"]),
         (
             "constraints: {lift: 'z = b*t', plane: y = 0}",
-            ["lift    z = b*t   (holonomic, rheonomic)", "y = 0   (holonomic, scleronomic)"],
+            ["lift    z = b t   (holonomic, rheonomic)", "y = 0   (holonomic, scleronomic)"],
         ),
         (
             "constraints: {skate: 'dot(y) = x*dot(z)'}",
-            ["skate   dot(y) = x*dot(z)   (nonholonomic, scleronomic)"],
+            ["skate   ẏ = x ż   (nonholonomic, scleronomic)"],
         ),
         (
             "constraints: {skate: 'dot(y) = x*t*dot(z)'}",
-            ["skate   dot(y) = x*t*dot(z)   (nonholonomic, rheonomic)"],
+            ["skate   ẏ = t x ż   (nonholonomic, rheonomic)"],
         ),
         (
             "constraints: {rail: 'dot(y) = a*dot(x)'}",
-            ["rail   dot(y) = a*dot(x)   (holonomic, scleronomic)"],
+            ["rail   ẏ = a ẋ   (holonomic, scleronomic)"],
         ),
-        ("constraints: {floor: z >= 0}", ["floor   z >= 0   (one-sided, scleronomic)"]),
+        ("constraints: {floor: z >= 0}", ["floor   z ≥ 0   (one-sided, scleronomic)"]),
         (
             "constraints: {lift: {unilateral: z >= b*t, restitution: b}}",
-            ["lift   z >= b*t   (one-sided, rheonomic; restitution b)"],
+            ["lift   z ≥ b t   (one-sided, rheonomic; restitution b)"],
         ),
     ],
 )
