@@ -197,7 +197,7 @@ def test_no_wrong_line_passes(name: str) -> None:
     wrong = WRONG[name](full_steps())
     assert wrong != full_steps()
     with pytest.raises(InternalError, match="a step of the derivation disagrees"):
-        certify_steps(*certified(FULL), wrong)
+        certify_steps(*certified(FULL), wrong, {})
 
 
 def test_newton_s_equations_are_checked_with_the_constraint_forces() -> None:
@@ -214,7 +214,7 @@ def test_newton_s_equations_are_checked_with_the_constraint_forces() -> None:
         equations.derivation.constraint_forces, bodies=(replace(wheel, components=(x, y, -z)),)
     )
     with pytest.raises(InternalError, match="a step of the derivation disagrees"):
-        certify_steps(derivation, evidence, changed(equations, constraint_forces=off), steps)
+        certify_steps(derivation, evidence, changed(equations, constraint_forces=off), steps, {})
 
 
 @pytest.mark.parametrize(
