@@ -208,6 +208,33 @@ def test_nothing_is_in_equilibrium_where_time_acts(capsys: pytest.CaptureFixture
     assert "nothing stays at rest: the equations depend on t" in capsys.readouterr().err
 
 
+def test_virtual_work_beside_moving_constraints_and_terms_in_coordinates() -> None:
+    """Inertia of a rotating hoop, and a torsion spring that two particles share, take part."""
+    hoop = """
+    parameters: {m: {}, R: {positive: true}, g: {positive: true}, omega: {}}
+    particles:
+      bead:
+        mass: m
+        position: [R*sin(theta)*cos(omega*t), R*sin(theta)*sin(omega*t), -R*cos(theta)]
+    coordinates: [theta]
+    potentials: {weight: {gravity: g}}
+    """
+    text = derivation_text(derive(read_text(hoop), steps="virtual-work"))
+    assert "Σ_i (F_i - m_i r̈_i) · δr_i = 0\n" in text
+    assert "Coordinates stay constant while the constraints move" in text
+    spring = """
+    plane: xz
+    parameters: {m: {}, l: {positive: true}, g: {}, k: {positive: true}}
+    particles:
+      a: {mass: m, position: [l*sin(theta), 0, -l*cos(theta)]}
+      b: {mass: m, position: [-l*sin(theta), 0, -2*l*cos(theta)]}
+    coordinates: [theta]
+    potentials: {weight: {gravity: g}, torsion: k*theta^2/2}
+    """
+    text = derivation_text(derive(read_text(spring), steps="virtual-work"))
+    assert "Σ_i F_i · δr_i - Σ_j N_j δq_j = 0\n" in text
+
+
 @pytest.mark.slow
 def test_multipliers_take_part_in_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:
     scene = [str(SCENES["pendulum_in_cartesian_coordinates"]), "--by", "virtual-work"]
@@ -244,7 +271,7 @@ coordinates: [x, z, s]
 initial: {x: 0, z: -2, s: 0}
 """
     text = derivation_text(derive(read_text(scene), steps="dalembert"))
-    assert "Σ_i (K_i - m_i r̈_i) · δr_i = 0" in text
+    assert "Σ_i (K_i - m_i r̈_i) · δr_i - Σ_j S_j δq_j = 0" in text
     assert "K_z = -m g" in text
     assert "∂ψ_rod/∂x = 2 x" in text
     assert "S_s = T s̈" in text

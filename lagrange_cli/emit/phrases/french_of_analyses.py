@@ -139,6 +139,14 @@ FRENCH_OF_ANALYSES = {
     "no equilibrium that was found is stable": "aucun équilibre trouvé n'est stable",
     "nothing can move": "rien ne peut bouger",
     "a function is not given": "une fonction n'est pas donnée",
+    "Coordinates stay constant while the constraints move if the applied forces, less masses times"
+    " accelerations, do no work in the virtual displacements that the constraints allow; constraint"
+    " forces do none:": (
+        "Les coordonnées restent constantes alors que les liaisons se meuvent si les forces"
+        " appliquées, diminuées des masses fois les accélérations, ne travaillent pas dans les"
+        " déplacements virtuels que les liaisons permettent\u00a0; les forces de liaison ne"
+        " travaillent pas\u00a0:"
+    ),
     "nothing stays at rest: the equations depend on {time}": (
         "rien ne reste au repos\u00a0: les équations dépendent de {time}"
     ),

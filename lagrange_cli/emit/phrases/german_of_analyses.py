@@ -135,6 +135,14 @@ GERMAN_OF_ANALYSES = {
     "no equilibrium that was found is stable": "kein Gleichgewicht, das sich fand, ist stabil",
     "nothing can move": "nichts kann sich bewegen",
     "a function is not given": "eine Funktion ist nicht gegeben",
+    "Coordinates stay constant while the constraints move if the applied forces, less masses times"
+    " accelerations, do no work in the virtual displacements that the constraints allow; constraint"
+    " forces do none:": (
+        "Koordinaten bleiben konstant, während sich die Zwangsbedingungen bewegen, wenn die"
+        " eingeprägten Kräfte, vermindert um Masse mal Beschleunigung, bei den virtuellen"
+        " Verrückungen, die die Zwangsbedingungen zulassen, keine Arbeit leisten; Zwangskräfte"
+        " leisten keine:"
+    ),
     "nothing stays at rest: the equations depend on {time}": (
         "nichts bleibt in Ruhe: Die Gleichungen hängen von {time} ab"
     ),

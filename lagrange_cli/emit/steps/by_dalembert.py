@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.phrases.equations import is_generalized_potential
@@ -46,17 +46,16 @@ def principle(writer: StepsWriter) -> Section | None:
     coordinates = writer.equations.system.coordinates
     if not coordinates:
         return None
-    letters, say = writer.letters, writer.say
-    displaced = letters.virtual(letters.vector("r"))
-    work = f"{effective_force(writer)}{letters.dot_product}{displaced}"
+    say, names = writer.say, writer.steps.in_coordinates
     return section(
         say("d'Alembert's principle"),
+        *names_in_coordinates(writer, names),
         Words(
             say("Constraint forces do no work in virtual displacements that the constraints allow:")
         ),
-        Law(f"{letters.total('i', work)} = 0"),
+        Law(f"{total_work(writer, effective_force(writer), names)} = 0"),
         Words(independent(writer)),
-        *_further_terms(writer),
+        *coefficient_law(writer, names),
         *(
             block
             for number, (c, parts) in enumerate(
@@ -80,25 +79,41 @@ def independent(writer: StepsWriter) -> str:
     return writer.say(sentence, listed=name)
 
 
-def _further_terms(writer: StepsWriter) -> Iterator[Block]:
-    """Return the principle with terms beside the sum over particles, where there are any."""
-    letters, names = writer.letters, writer.steps.in_coordinates
+def total_work(writer: StepsWriter, force: str, names: Sequence[str]) -> str:
+    """``Σ_i F_i · δr_i``, less ``Σ_j N_j δq_j`` of terms with ``names`` that act on no particle."""
+    letters = writer.letters
+    displaced = letters.virtual(letters.vector("r"))
+    work = letters.total("i", f"{force}{letters.dot_product}{displaced}")
+    if not names:
+        return work
+    displaced = letters.virtual(letters.symbol("q_j"))
+    return f"{work} - {letters.total('j', letters.times(further_force(writer), displaced))}"
+
+
+def coefficient_law(writer: StepsWriter, names: Sequence[str], total: str = "") -> Iterator[Block]:
+    """Return the coefficient of δq_j with terms beside ``total``, where there are any."""
+    letters = writer.letters
     terms = list(multiplier_terms(writer))
-    further = letters.symbol(f"{writer.inertia_letter}_j")
-    if names:
-        yield names_in_coordinates(writer, further)
-    if names or terms:
+    if not (names or terms):
+        return
+    if not total:
         place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
-        effective = effective_force(writer)
-        total = letters.total("i", f"{effective}{letters.dot_product}{place}")
-        total += f" - {further}" if names else ""
-        yield Law(f"{sum_of([total, *terms])} = 0")
+        total = letters.total("i", f"{effective_force(writer)}{letters.dot_product}{place}")
+    total += f" - {further_force(writer)}" if names else ""
+    yield Law(f"{sum_of([total, *terms])} = 0")
 
 
-def names_in_coordinates(writer: StepsWriter, further: str) -> Words:
-    """Name the terms that act on no particle; ``further`` is their inertia less force."""
-    names, letters = writer.steps.in_coordinates, writer.letters
-    return Words(
+def further_force(writer: StepsWriter) -> str:
+    """``N_j``, the inertia less force of what is written in coordinates."""
+    return writer.letters.symbol(f"{writer.inertia_letter}_j")
+
+
+def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Iterator[Words]:
+    """Name the terms that act on no particle, if there are any."""
+    letters = writer.letters
+    if not names:
+        return
+    yield Words(
         writer.say.counted(
             len(names),
             "{listed} is written in coordinates and acts on no particle: its inertia less force"
@@ -106,7 +121,7 @@ def names_in_coordinates(writer: StepsWriter, further: str) -> Words:
             "{listed} are written in coordinates and act on no particle: their inertia less"
             " force is {further}.",
             listed=", ".join(map(letters.words, names)),
-            further=letters.inline(further),
+            further=letters.inline(further_force(writer)),
         )
     )
 

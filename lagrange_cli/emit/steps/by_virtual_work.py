@@ -10,8 +10,13 @@ import sympy
 
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import rest_system
-from lagrange_cli.emit.steps.by_dalembert import effective_force, independent, names_in_coordinates
-from lagrange_cli.emit.steps.by_lagrange import multiplier_terms
+from lagrange_cli.emit.steps.by_dalembert import (
+    coefficient_law,
+    effective_force,
+    independent,
+    names_in_coordinates,
+    total_work,
+)
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,
@@ -23,7 +28,7 @@ from lagrange_cli.emit.steps.sections import (
     formulas,
     section,
 )
-from lagrange_cli.emit.steps.writer import StepsWriter, sum_of
+from lagrange_cli.emit.steps.writer import StepsWriter
 from lagrange_cli.mechanics.sparse import entries
 
 if TYPE_CHECKING:
@@ -40,23 +45,34 @@ def principle(writer: StepsWriter) -> Section | None:
     """Return the coefficient of each δq, which vanishes in equilibrium."""
     coordinates = writer.equations.system.coordinates
     letters, say = writer.letters, writer.say
-    displaced = letters.virtual(letters.symbol("q_j"))
-    force = letters.vector(writer.force_letter)
-    if any(_at_rest(writer, parts.inertia) != 0 for parts in writer.steps.balances):
-        force = effective_force(writer)
-    work = letters.total("i", f"{force}{letters.dot_product}{letters.virtual(letters.vector('r'))}")
-    total = letters.total("j", letters.times(letters.symbol("Q_j"), displaced))
+    balances = writer.steps.balances
+    names = writer.steps.in_coordinates
+    if all(_at_rest(writer, parts.coordinates) == 0 for parts in balances):
+        names = ()
+    if any(_at_rest(writer, parts.inertia) != 0 for parts in balances):
+        law, total = total_work(writer, effective_force(writer), names), ""
+        text = say(
+            "Coordinates stay constant while the constraints move if the applied forces, less"
+            " masses times accelerations, do no work in the virtual displacements that the"
+            " constraints allow; constraint forces do none:"
+        )
+    else:
+        total = letters.symbol("Q_j")
+        law = total_work(writer, letters.vector(writer.force_letter), names)
+        if not names:
+            displaced = letters.virtual(letters.symbol("q_j"))
+            law += f" = {letters.total('j', letters.times(total, displaced))}"
+        text = say(
+            "A system stays at rest if the applied forces do no work in the virtual"
+            " displacements that the constraints allow; constraint forces do none:"
+        )
     return section(
         say("Principle of virtual work"),
-        Words(
-            say(
-                "A system stays at rest if the applied forces do no work in the virtual"
-                " displacements that the constraints allow; constraint forces do none:"
-            )
-        ),
-        Law(f"{work} = {total} = 0"),
+        *names_in_coordinates(writer, names),
+        Words(text),
+        Law(f"{law} = 0"),
         Words(independent(writer)),
-        *_further_terms(writer),
+        *coefficient_law(writer, names, total),
         *(
             block
             for number, c in enumerate(coordinates)
@@ -69,20 +85,6 @@ def _at_rest(writer: StepsWriter, expression: Expr) -> Expr:
     """Put velocities and accelerations to zero."""
     moving = (s for c in writer.equations.system.coordinates for s in (c.v, c.a))
     return expression.xreplace(dict.fromkeys(moving, sympy.S.Zero))
-
-
-def _further_terms(writer: StepsWriter) -> Iterator[Block]:
-    """Return Q_j with terms beside the sum over particles, where there are any."""
-    letters, names = writer.letters, writer.steps.in_coordinates
-    if all(_at_rest(writer, parts.coordinates) == 0 for parts in writer.steps.balances):
-        names = ()
-    terms = list(multiplier_terms(writer))
-    further = letters.symbol(f"{writer.inertia_letter}_j")
-    if names:
-        yield names_in_coordinates(writer, further)
-    if names or terms:
-        left = f"{letters.symbol('Q_j')}{f' - {further}' if names else ''}"
-        yield Law(f"{sum_of([left, *terms])} = 0")
 
 
 def _coefficient(writer: StepsWriter, number: int, coordinate: Coordinate) -> Iterator[Block]:
