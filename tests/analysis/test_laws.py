@@ -214,6 +214,18 @@ potentials: {springs: k*x^2/2 + c*x*y + k*y^2/2}
     assert all(p.stability.verdict != "stable" for p in found.points)
 
 
+def test_conditions_that_never_hold_are_not_given():
+    """A saddle has no condition ``0 < 0`` or ``a² < 0``."""
+    scene = """\
+parameters: {a: {}, b: {}, k: {positive: true}}
+coordinates: [q, p]
+kinetic: {T: dot(q)^2/2 + dot(p)^2/2}
+potentials: {v: a*q*p + b*q + k*p}
+"""
+    _, found = solved(scene)
+    assert [p.stability.stable_where for p in found.points] == [()]
+
+
 def test_friction_leaves_stability_open():
     scene = """\
 parameters: {m: {}, k: {positive: true}, c: {}}

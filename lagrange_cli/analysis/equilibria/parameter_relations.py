@@ -86,6 +86,12 @@ class ParameterFacts:
         """Say whether an expression is proven positive wherever it has a value."""
         return self.positive_where(expression) == ()
 
+    def is_never_positive(self, expression: sp.Expr) -> bool:
+        """Say whether an expression is proven zero or negative wherever it has a value."""
+        real = {s: sp.Dummy(s.name, real=True) for s in expression.free_symbols}
+        terms = sp.Add.make_args(sp.expand(cancelled(expression)))
+        return all(t.xreplace(self.signed).xreplace(real).is_nonpositive for t in terms)
+
     def positive_where(self, expression: sp.Expr) -> tuple[Existence, ...] | None:
         """Write when an expression is positive, without factors that are; None if it is long."""
         above, below = sp.fraction(factored_form(cancelled(expression)))

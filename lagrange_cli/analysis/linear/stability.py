@@ -83,6 +83,8 @@ def stability_of_parameters(system: RestSystem, at: Equilibrium) -> Stability:
         return unknown
     if len(stiffness) == 1 and signs.is_positive(-stiffness[0]):
         return Stability("unstable", Phrase("{matrix} is negative", matrix=("K",)))
+    if any(signs.is_never_positive(minor) for minor in stiffness):
+        return unknown
     needed = [signs.positive_where(minor) for minor in stiffness]
     if any(condition is None for condition in needed):
         return unknown
