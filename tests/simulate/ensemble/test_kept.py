@@ -253,6 +253,7 @@ def test_errors_of_numbers_are_bounds(frequency, phase, samples, level):
     ("call", "exact"),
     [
         ("max(exp(-1e8*(x - 0.123)^2))", 1.0),
+        ("max(exp(-1e11*(x - 0.123)^2))", 1.0),
         ("min(1 - 1/(1 + 1e9*(x - 0.4)^2))", 0.0),
         ("mean(exp(-1e10*(x - 0.123)^2))", 2 * np.sqrt(np.pi / 1e10 / (1 - 0.123**2)) / np.pi),
         ("first(abs(x - 0.5) < 1e-9)", np.arcsin(0.5 - 1e-9)),

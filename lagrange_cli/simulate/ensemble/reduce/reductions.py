@@ -23,6 +23,9 @@ _PARTS, _DIVISIONS = 4, 24
 #: Intervals of a member that are divided at a time; more of them are taken as they are.
 _MOST_INTERVALS = 2048
 
+#: Those of so many intervals that are divided further if the largest value is sought.
+_MOST_PROMISING = 64
+
 #: Part of the error of the state beside which bounds are close enough, and part of a number itself.
 _CLOSE, _LAST_PLACES = 0.1, 1e-13
 
@@ -37,6 +40,16 @@ def _crowded(intervals: Intervals, members: int) -> Flags:
     """Flag the intervals of members that have too many of them."""
     counts = np.bincount(intervals.member, minlength=members)
     return np.asarray(counts[intervals.member] > _MOST_INTERVALS)
+
+
+def _behind(intervals: Intervals, members: int, high: Array) -> Flags:
+    """Flag the intervals of crowded members but those with the largest bounds."""
+    ends = _crowded(intervals, members)
+    for member in np.unique(intervals.member[ends]):
+        places = np.flatnonzero(intervals.member == member)
+        order = np.argsort(-high[places], kind="stable")
+        ends[places[order[:_MOST_PROMISING]]] = False
+    return ends
 
 
 def _largest(expression: Expression) -> Reduced:
@@ -55,7 +68,7 @@ def _largest(expression: Expression) -> Reduced:
         known = expression.enclosed(intervals, best[member])
         undefined[member[known.nowhere]] = True
         np.maximum.at(best, member, np.fmax(known.middle_low, known.top))
-        last = (division == _DIVISIONS) | _crowded(intervals, members)
+        last = (division == _DIVISIONS) | _behind(intervals, members, known.high)
         off = np.where(np.isfinite(best), np.abs(best) * _LAST_PLACES, 0.0)[member]
         close = known.high - best[member] <= 2 * (1 + _CLOSE) * known.spread + off
         # Errors of the state count where they are largest: not far more than in the middle.
@@ -103,6 +116,7 @@ def _least(expression: Expression) -> Reduced:
     return -number, error
 
 
+@np.errstate(invalid="ignore")
 def _mean(expression: Expression) -> Reduced:
     """Integrate Taylor polynomials over intervals."""
     members = len(expression.motions)
@@ -131,8 +145,8 @@ def _mean(expression: Expression) -> Reduced:
         ends = close & ~known.partly
         ends |= (division == _DIVISIONS) | _crowded(intervals, members)
         ends |= known.nowhere
-        np.add.at(low, member[ends], (known.mean_low * share)[ends])
-        np.add.at(high, member[ends], (known.mean_high * share)[ends])
+        np.add.at(low, member[ends], known.mean_low[ends] * share[ends])
+        np.add.at(high, member[ends], known.mean_high[ends] * share[ends])
         intervals = intervals.only(~ends).divided(_PARTS)
     number, error = _middle(low, high)
     unknown = undefined | ~np.isfinite(error)
