@@ -15,6 +15,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.branches.find import find_branches
+from lagrange_cli.analysis.contacts.loss import contact_losses
 from lagrange_cli.analysis.equilibria.closed_forms import ClosedForms, closed_forms
 from lagrange_cli.analysis.equilibria.configuration import Configuration, configuration_at, nearest
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 #: The parts of an analysis, in the order in which they are computed.
-PARTS = ("symmetries", "equilibria", "linearization", "modes")
+PARTS = ("symmetries", "equilibria", "linearization", "modes", "contacts")
 
 
 def analyze(
@@ -93,11 +94,24 @@ def analyze(
     if "symmetries" in wanted:
         announce("looking for symmetries")
         result = replace(result, symmetries=linear_symmetries(equations))
-    of_rest = [part for part in wanted if part != "symmetries"]
+    if "contacts" in wanted and (parts or equations.system.contacts):
+        result = _with_contacts(result, strict=bool(parts))
+    of_rest = [part for part in wanted if part not in ("symmetries", "contacts")]
     if not of_rest:
         return result
     strict = bool(parts or configuration.coordinates or configuration.held_inputs)
     return _of_rest(result, of_rest, configuration, steady=steady, strict=strict)
+
+
+def _with_contacts(result: Analysis, *, strict: bool) -> Analysis:
+    announce("looking for loss of contact")
+    try:
+        losses = contact_losses(result.equations)
+        return replace(result, contacts=losses) if strict or losses.contacts else result
+    except InputError as error:
+        if strict:
+            raise
+        return replace(result, left_out=_left_out(("contacts",), error))
 
 
 @dataclass(frozen=True)
@@ -140,7 +154,7 @@ def _of_rest(
     except InputError as error:
         if strict or steady:
             raise
-        return replace(result, left_out=_left_out(wanted, error))
+        return replace(result, left_out=(*result.left_out, *_left_out(wanted, error)))
     if problem.steady is not None:
         result = replace(result, steady=problem.steady.form)
     if "equilibria" in wanted:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.values import Branches
+    from lagrange_cli.analysis.contacts.loss import ContactLosses
     from lagrange_cli.analysis.equilibria.steady import SteadyForm
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries
     from lagrange_cli.analysis.values import Equilibria, FrequencyResponse, Linearization, Mode
@@ -100,6 +101,8 @@ class Analysis:
         Branches of equilibria over a parameter; None if they were not asked for.
     response
         Frequency responses at an equilibrium; None if they were not asked for.
+    contacts
+        Forces and loss of contacts; None if they were not asked for, or left out.
     """
 
     equations: Equations
@@ -113,6 +116,7 @@ class Analysis:
     along: AlongMotion | None = None
     branches: Branches | None = None
     response: FrequencyResponse | None = None
+    contacts: ContactLosses | None = None
 
     @property
     def rest_equations(self) -> Equations:

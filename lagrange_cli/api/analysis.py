@@ -26,13 +26,13 @@ def analyze(
     steady: bool = False,
     branches: Mapping[str, tuple[float | str, float | str]] | None = None,
 ) -> Analyzed:
-    """Find symmetries, equilibria and their stability, the linear system and its modes.
+    """Find symmetries, equilibria and their stability, the linear system, modes, lost contacts.
 
     Parameters
     ----------
     parts
-        ``symmetries``, ``equilibria``, ``linearization``, ``modes``; all that can be found if
-        there are none.
+        ``symmetries``, ``equilibria``, ``linearization``, ``modes``, ``contacts``; all that can
+        be found if there are none.
     at
         Coordinates of the equilibrium to linearize at, and values of inputs that are held;
         numbers or expressions. Of steady motions also momenta ``p_phi`` or rates ``dot(phi)``

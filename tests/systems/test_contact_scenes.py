@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from lagrange_cli.analysis.contacts.loss import contact_losses
 from tests.systems import lagranges_method
 from tests.systems.contact_reference import ContactReference
 from tests.systems.lagranges_method import Constrained
@@ -105,6 +106,21 @@ def test_no_gap_is_violated(name: str) -> None:
     for k, t in enumerate(trajectory.t.tolist()):
         q = [float(trajectory.columns[c][k]) for c in names]
         assert typed(name).closures(t, q, q, p).min() >= -1e-12
+
+
+@pytest.mark.parametrize("name", ["particle_leaving_sphere", "ladder_leaving_wall", "slack_rope"])
+def test_a_contact_is_left_where_its_force_vanishes_in_symbols(name: str) -> None:
+    event = simulated(name).events[0]
+    (loss,) = (
+        x for x in contact_losses(derived(name)).contacts if f"release:{x.name}" == event.name
+    )
+    assert loss.at_start is not None
+    assert loss.at_start > 0
+
+    def at_event(left: sp.Expr) -> float:
+        return float(left.xreplace({s: sp.Float(event.state[s.name]) for s in left.free_symbols}))
+
+    assert any(at_event(zero.left) == pytest.approx(zero.number, abs=1e-8) for zero in loss.zeros)
 
 
 def test_the_sphere_is_left_at_two_thirds() -> None:

@@ -32,7 +32,7 @@ ENDINGS = {"text": ".txt", "latex": ".tex", "markdown": ".md", "typst": ".typ", 
 
 @click.command(cls=Command)
 @options.scene
-@heading("Parts; without any of these options, the first four")
+@heading("Parts; without any of these options, the first five")
 @click.option(
     "--symmetries",
     is_flag=True,
@@ -52,6 +52,11 @@ ENDINGS = {"text": ".txt", "latex": ".tex", "markdown": ".md", "typst": ".typ", 
     "--modes",
     is_flag=True,
     help="Frequencies and shapes; poles where there is damping.",
+)
+@click.option(
+    "--contacts",
+    is_flag=True,
+    help="Forces of closed contacts, and where these are lost.",
 )
 @click.option(
     "--steady",
@@ -137,6 +142,7 @@ def analyze(
     equilibria: bool,
     linearization: bool,
     modes: bool,
+    contacts: bool,
     lyapunov: float | None,
     along: float | None,
     response: tuple[float, float] | None,
@@ -164,6 +170,7 @@ def analyze(
         "equilibria": equilibria,
         "linearization": linearization and along is None,
         "modes": modes,
+        "contacts": contacts,
     }
     request = AnalysisRequest(
         tuple(part for part, wanted in named.items() if wanted),

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.emit.analysis.branches import BranchSections
+from lagrange_cli.emit.analysis.contacts import LossLines, with_results
 from lagrange_cli.emit.analysis.linear import linear_sections
 from lagrange_cli.emit.analysis.numerical import response_lines, response_table
 from lagrange_cli.emit.analysis.places import Places
@@ -30,12 +31,12 @@ from lagrange_cli.emit.document.conservation import Further, balance, conserved
 from lagrange_cli.emit.document.contents import Content
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import ANALYZED, LATEX_OPTIONS
-from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.emit.latex.document import emit_latex
 from lagrange_cli.emit.latex.markdown import emit_markdown
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,
+    Formula,
     Section,
     Table,
     Title,
@@ -46,7 +47,8 @@ from lagrange_cli.emit.steps.sections import (
 from lagrange_cli.emit.typst.document import emit_typst
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.forms.momenta import Momentum
+    from sympy import Expr
+
     from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
     from lagrange_cli.analysis.values import Equilibria, Equilibrium, NearBalance
@@ -70,9 +72,9 @@ def analysis_sections(
     columns
         Width of a line in columns of half an em.
     """
-    if analysis.steady is not None:
+    if analysis.steady is not None or analysis.contacts is not None:
         fields = {field.name: getattr(writer, field.name) for field in dataclasses.fields(writer)}
-        writer = _SteadyWriter(**fields, momenta=analysis.steady.momenta)
+        writer = _AnalysisWriter(**fields, analysis=analysis)
     contents = _Contents(analysis, writer, columns)
     named = [
         ("equilibria", contents.equilibria()),
@@ -80,6 +82,7 @@ def analysis_sections(
         *contents.branches(),
         ("conserved", contents.conserved()),
         ("energy", balance(writer)),
+        ("contacts", contents.contacts()),
         ("exponents", contents.exponents()),
         ("along", contents.along()),
         ("response", contents.response()),
@@ -94,15 +97,16 @@ def analysis_sections(
 
 
 @dataclass(frozen=True)
-class _SteadyWriter(DocumentWriter):
-    """A writer that knows the momenta of coordinates that turn."""
+class _AnalysisWriter(DocumentWriter):
+    """A writer that knows the symbols that an analysis brings in."""
 
-    momenta: tuple[Momentum, ...] = ()
+    analysis: Analysis | None = None
 
     @cached_property
     def words(self) -> Vocabulary:
-        """Display names of all symbols, momenta among them."""
-        return with_momenta(super().words, self.momenta)
+        """Display names of all symbols."""
+        words = super().words
+        return words if self.analysis is None else with_results(self.analysis, words)
 
 
 @dataclass(frozen=True)
@@ -233,6 +237,33 @@ class _Contents:
         symbol = self.writer.letters.symbol(symmetry.name)
         reason = self.teller(symmetry.described(names))
         return Further(symbol, reason, self.writer.total(symbol, (symmetry.expression,)))
+
+    def contacts(self) -> Section | None:
+        """Return forces of contacts, and where these vanish."""
+        losses, writer, letters = self.analysis.contacts, self.writer, self.writer.letters
+        if losses is None:
+            return None
+
+        def shown(expression: Expr) -> str:
+            return letters.formula(writer.tree(expression))
+
+        lines = LossLines(writer.say, shown, self.places.number, letters.inline, self.teller)
+        rows = [
+            Formula(shown(loss.multiplier), (writer.tree(loss.force),)) for loss in losses.contacts
+        ]
+        items = [
+            writer.say(
+                "{name}: {value}", name=letters.inline(label.label), value=lines.lost(loss, losses)
+            )
+            for label, loss in zip(rows, losses.contacts, strict=True)
+        ]
+        scope = _capital(lines.scope(losses))
+        return section(
+            writer.say("Loss of contact"),
+            Words(writer.say("{text}:" if rows else "{text}.", text=scope)),
+            formulas(rows, result=True) if rows else None,
+            Bullets((*items, *lines.constants(losses))) if items else None,
+        )
 
     def exponents(self) -> Section | None:
         """Return a table of Lyapunov exponents and their spreads."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries, Symmetry
 from lagrange_cli.analysis.values import continuous_phase
-from lagrange_cli.emit.forms.writer import with_momenta
+from lagrange_cli.emit.analysis.contacts import contacts_report, with_results
 from lagrange_cli.emit.steps.json_values import closed_form
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.scene_language import ScenePrinter
@@ -47,9 +47,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
     """
     equations = analysis.equations
 
-    letters, steady = vocabulary(equations), analysis.steady
-    if steady is not None:
-        letters = with_momenta(letters, steady.momenta)
+    letters, steady = with_results(analysis, vocabulary(equations)), analysis.steady
 
     def say(expression: Expr) -> str:
         return ScenePrinter().inline(display(expression, letters))
@@ -79,6 +77,7 @@ def analysis_report(analysis: Analysis) -> dict[str, Any]:
         **branches_report(analysis.branches, every),
         **({} if analysis.along is None else {"along": dict(analysis.along.report)}),
         **_response(analysis.response),
+        **contacts_report(analysis.contacts, say),
     }
 
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.branches import BranchRows
+from lagrange_cli.emit.analysis.contacts import contact_rows, with_results
 from lagrange_cli.emit.analysis.numerical import (
     along_rows,
     complex_text,
@@ -28,7 +29,6 @@ from lagrange_cli.emit.analysis.wording import (
     unproven_lines,
     verdict_word,
 )
-from lagrange_cli.emit.forms.writer import with_momenta
 from lagrange_cli.emit.phrases.equations import none_conserved_line
 from lagrange_cli.emit.phrases.language import ENGLISH, Language, language
 from lagrange_cli.emit.text.conserved import conserved_row, energy
@@ -77,9 +77,7 @@ def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") 
     """
     printer = ScenePrinter() if ascii else UnicodePrinter()
     say = language(code).in_ascii() if ascii else language(code)
-    letters = vocabulary(analysis.equations)
-    if analysis.steady is not None:
-        letters = with_momenta(letters, analysis.steady.momenta)
+    letters = with_results(analysis, vocabulary(analysis.equations))
     writer = _Writer(analysis, letters, printer, say)
     return page(writer.sections(), ascii=ascii)
 
@@ -121,6 +119,7 @@ class _Writer:
             yield rows.marked_rows()
         yield self.conserved()
         yield energy(self.lines)
+        yield contact_rows(self.analysis.contacts, self.say, self.pieces, self.phrase)
         yield exponent_rows(self.analysis.exponents, self.say)
         yield along_rows(self.analysis.along, self.say)
         yield response_rows(self.analysis.response, self.say)

@@ -212,4 +212,5 @@ def part_word(part: str, say: Language) -> str:
         "equilibria": say("equilibria"),
         "linearization": say("linearization"),
         "modes": say("modes"),
+        "contacts": say("loss of contact"),
     }[part]

@@ -382,4 +382,45 @@ FRENCH_OF_ANALYSES = {
     ),
     "With the values of the parameters {values}.": "Avec les valeurs des paramètres {values}.",
     "Normal coordinates": "Coordonnées normales",
+    "Loss of contact": "Perte de contact",
+    "loss of contact": "perte de contact",
+    "no contact is closed at the start": "aucun contact n'est fermé au départ",
+    "while the contacts that are closed at the start last": (
+        "tant que durent les contacts fermés au départ"
+    ),
+    "negative at the start: the contact is lost at once": (
+        "négatif au départ\u00a0: le contact est perdu aussitôt"
+    ),
+    "negative at the start: not all of these contacts last": (
+        "négatif au départ\u00a0: ces contacts ne durent pas tous"
+    ),
+    "lost only where this is 0; {reason}": "perdu seulement où cela vaut 0\u00a0; {reason}",
+    "lost only where {condition}": "perdu seulement où {condition}",
+    "{first} or {second}": "{first} ou {second}",
+    "this vanishes nowhere": "cela ne s'annule nulle part",
+    "{text}, or where the force jumps": "{text}, ou bien où la force saute",
+    "{first}, that is {second}": "{first}, soit {second}",
+    "with {values} from the start": "avec {values} au départ",
+    "no constraint of the scene is one-sided": "aucune liaison de la scène n'est unilatérale",
+    "the start is not known, and so not which contacts are closed": (
+        "le départ n'est pas connu, ni donc quels contacts sont fermés"
+    ),
+    "a constraint is between velocities": "une liaison porte sur des vitesses",
+    "contacts that are closed depend on each other": (
+        "des contacts fermés dépendent l'un de l'autre"
+    ),
+    "there are too many coordinates for a solution in symbols": (
+        "les coordonnées sont trop nombreuses pour une solution littérale"
+    ),
+    "a gap gives neither a coordinate nor the square of one": (
+        "un jeu ne donne ni une coordonnée ni le carré d'une coordonnée"
+    ),
+    "the forces of the contacts are too long": "les forces des contacts sont trop longues",
+    "the mass matrix is singular": "la matrice de masse est singulière",
+    "no energy is conserved that gives the velocity": (
+        "aucune énergie conservée ne donne la vitesse"
+    ),
+    "energy and conserved momenta do not remove the velocities": (
+        "l'énergie et les quantités de mouvement conservées n'éliminent pas les vitesses"
+    ),
 }

@@ -376,4 +376,43 @@ GERMAN_OF_ANALYSES = {
     ),
     "With the values of the parameters {values}.": "Mit den Werten der Parameter {values}.",
     "Normal coordinates": "Normalkoordinaten",
+    "Loss of contact": "Verlust des Kontakts",
+    "loss of contact": "Verlust des Kontakts",
+    "no contact is closed at the start": "kein Kontakt ist am Anfang geschlossen",
+    "while the contacts that are closed at the start last": (
+        "solange die am Anfang geschlossenen Kontakte bestehen"
+    ),
+    "negative at the start: the contact is lost at once": (
+        "am Anfang negativ: Der Kontakt geht sofort verloren"
+    ),
+    "negative at the start: not all of these contacts last": (
+        "am Anfang negativ: Nicht alle diese Kontakte bleiben bestehen"
+    ),
+    "lost only where this is 0; {reason}": "verloren nur, wo dies 0 ist; {reason}",
+    "lost only where {condition}": "verloren nur, wo {condition}",
+    "{first} or {second}": "{first} oder {second}",
+    "this vanishes nowhere": "dies verschwindet nirgends",
+    "{text}, or where the force jumps": "{text}, oder wo die Kraft springt",
+    "{first}, that is {second}": "{first}, also {second}",
+    "with {values} from the start": "mit {values} vom Anfang",
+    "no constraint of the scene is one-sided": "keine Zwangsbedingung der Szene ist einseitig",
+    "the start is not known, and so not which contacts are closed": (
+        "der Anfang ist nicht bekannt, und so auch nicht, welche Kontakte geschlossen sind"
+    ),
+    "a constraint is between velocities": "eine Zwangsbedingung besteht zwischen Geschwindigkeiten",
+    "contacts that are closed depend on each other": "geschlossene Kontakte hängen voneinander ab",
+    "there are too many coordinates for a solution in symbols": (
+        "für eine Lösung in Symbolen sind es zu viele Koordinaten"
+    ),
+    "a gap gives neither a coordinate nor the square of one": (
+        "ein Abstand liefert weder eine Koordinate noch das Quadrat einer Koordinate"
+    ),
+    "the forces of the contacts are too long": "die Kräfte der Kontakte sind zu lang",
+    "the mass matrix is singular": "die Massenmatrix ist singulär",
+    "no energy is conserved that gives the velocity": (
+        "keine Energie ist erhalten, aus der die Geschwindigkeit folgt"
+    ),
+    "energy and conserved momenta do not remove the velocities": (
+        "Energie und erhaltene Impulse beseitigen die Geschwindigkeiten nicht"
+    ),
 }
