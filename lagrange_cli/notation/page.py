@@ -121,6 +121,9 @@ class Page:
         text = "\n".join(sections)
         return text.encode("ascii", "backslashreplace").decode("ascii") if self.ascii else text
 
+    def __str__(self) -> str:
+        return self.text()
+
     def to_json(self) -> list[Any]:
         """Return the page as values that JSON holds."""
         sections = [

@@ -248,3 +248,17 @@ potentials: {spring: k*(r - b)^2*r^2}
 """
     laws, _ = solved(scene)
     assert sorted(laws) == [("b",), ("b/2",)]
+
+
+def test_no_number_stands_for_values_beside_free_coordinates():
+    """All of x = y balance, not x = 0.2 alone, where the start has y = 0.2."""
+    scene = """\
+coordinates: [x, y]
+kinetic: {T: dot(x)^2/2 + dot(y)^2/2}
+potentials: {spring: (x - y)^2}
+initial: {x: 0.3, y: 0.2}
+"""
+    analysis = loads(scene).derive().analyze()
+    text, latex = (str(analysis.written(form)) for form in ("text", "latex"))
+    assert "x = y, y any" in text
+    assert "0.2" not in text + latex

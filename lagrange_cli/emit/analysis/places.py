@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.analysis.matrices import Matrices
-from lagrange_cli.emit.analysis.wording import turning_values
+from lagrange_cli.emit.analysis.wording import has_one_number, turning_values
 from lagrange_cli.emit.steps.sections import Formula
 
 if TYPE_CHECKING:
@@ -59,8 +59,7 @@ class Places:
                 continue
             closed = None if exact is None else exact[k]
             chain = () if closed is None else (writer.tree(closed),)
-            is_plain = closed is not None and closed.is_Rational
-            if position is not None and not is_plain:
+            if position is not None and has_one_number(closed, free):
                 chain = (*chain, Matrices(writer, self.columns).number(float(str(position[k]))))
             rows.append(Formula(label, chain))
         return rows

@@ -21,6 +21,7 @@ from lagrange_cli.emit.analysis.wording import (
     Teller,
     count_line,
     damping_line,
+    has_one_number,
     held_line,
     part_word,
     reason_of,
@@ -228,10 +229,10 @@ class _Writer:
             if c.name in free:
                 value = solid(self.say("{name} any", name=name))
             else:
-                value = self.value(name, None if exact is None else exact[k])
-                number = None if position is None else f"{float(str(position[k])):.6g}"
-                has_number = number is not None and (exact is None or not exact[k].is_Rational)
-                value += solid(f" = {number}") if has_number else []
+                closed = None if exact is None else exact[k]
+                value = self.value(name, closed)
+                if position is not None and has_one_number(closed, free):
+                    value += solid(f" = {float(str(position[k])):.6g}")
             comma = solid(",") if k + 1 < len(coordinates) else []
             pieces += [*_spaced(value, first=not pieces), *comma]
         return tuple(pieces)

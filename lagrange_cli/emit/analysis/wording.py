@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from lagrange_cli.analysis.phrases import Part, Phrase
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from sympy import Expr, Symbol
 
     from lagrange_cli.analysis.equilibria.steady import SteadyForm
@@ -104,6 +106,13 @@ def held_line(equilibria: Equilibria, say: Language, symbol: Callable[[str], str
     """Say at which values inputs are held; nothing if there are none."""
     inputs = ", ".join(f"{symbol(n)} = {x:g}" for n, x in equilibria.held_inputs)
     return [say("with inputs held at {values}", values=inputs)] if inputs else []
+
+
+def has_one_number(exact: Expr | None, free: Sequence[str]) -> bool:
+    """Say whether a closed form is no number already, and holds no coordinate that is any."""
+    if exact is None:
+        return True
+    return not (exact.is_Rational or {s.name for s in exact.free_symbols} & set(free))
 
 
 def turning_values(
