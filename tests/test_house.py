@@ -158,6 +158,15 @@ def test_every_folder_has_its_contract() -> None:
     assert not several - stated
 
 
+def test_emission_sees_no_part_of_scenes_but_their_language() -> None:
+    (contract,) = [c for c in CONTRACTS if "of scenes their language alone" in c["name"]]
+    parts = {p.stem for p in (PACKAGE / "scene").iterdir() if not p.name.startswith("__")}
+    hidden = {
+        module.removeprefix("lagrange_cli.scene.") for module in contract["forbidden_modules"]
+    }
+    assert hidden == parts - {"language"}
+
+
 def test_docstrings_begin_with_a_verb_or_a_noun() -> None:
     first = re.compile(rf"({'|'.join(FIRST_WORDS)})\b")
     assert not [
