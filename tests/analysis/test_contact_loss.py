@@ -117,11 +117,41 @@ def cartesian(
     return only(losses(CARTESIAN.format(wall=wall, z=z, plane=plane, speed=speed, more=more)))
 
 
+@pytest.mark.slow
 def test_a_cubic_condition_is_printed_as_it_is() -> None:
     (zero,) = cartesian("x^2/a^2 + z^2/b^2 >= 1", "b").zeros
     assert zero.right == 0
     assert zero.number is None
     assert same(zero.left, "g*(a**2 - b**2)*z**3 + 3*g*b**4*z - b**4*(2*g*b + v0**2)")
+
+
+@pytest.mark.slow
+def test_a_distance_is_a_gap_as_its_square_is() -> None:
+    contact = cartesian("sqrt(x^2 + (z - a)^2) >= b", "a + b")
+    assert same(contact.force, "m*(3*g*z - (a + 2*(a + b))*g - v0**2)/b")
+    assert same(contact.zeros[0].right, "a + 2*b/3 + v0**2/(3*g)")
+
+
+def test_a_high_multiple_of_an_angle_is_not_multiplied_out() -> None:
+    """cos 4000 θ as a polynomial in cos θ would have thousands of terms."""
+    contact = only(polar(potential=", ripple: c*cos(4000*theta)"))
+    assert contact.force.has(sp.cos)
+    assert not contact.reason
+
+
+@pytest.mark.slow
+def test_a_divisor_that_is_zero_leaves_the_condition() -> None:
+    """On an ellipse with equal axes the cubic term of the condition is zero."""
+    found = losses(
+        CARTESIAN.format(
+            wall="x^2/a^2 + z^2/b^2 >= 1", z="b", plane="xz", speed="v0", more=""
+        ).replace("value: 2.0", "value: 1.0")
+    )
+    (zero,) = only(found).zeros
+    assert zero.right == 0
+    growing = "forces: {lift: {on: p, force: [0, 0, (F - 2)*t]}}"
+    (zero,) = cartesian("z >= 0", "0", more=growing).zeros
+    assert zero.number is None
 
 
 def test_a_parabola_is_left_nowhere_or_at_once() -> None:

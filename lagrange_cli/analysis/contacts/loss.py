@@ -31,6 +31,9 @@ from lagrange_cli.mechanics.system import Closure
 #: Coordinates of systems that are solved in symbols, and constraints that push at once.
 _MOST_COORDINATES, _MOST_PUSHING = 8, 3
 
+#: Coordinates of systems whose mass matrix is not diagonal.
+_MOST_COUPLED = 4
+
 #: Size of a gap or of its rate at the start below which it is closed, relative to 1.
 _CLOSED = mpf(10) ** -9
 
@@ -312,16 +315,23 @@ class _Forces:
         jacobian = sp.Matrix(len(slopes), n, lambda i, j: self.placed(slopes[i].get(j, sp.S.Zero)))
         forcing = sp.Matrix([self.placed(f) for f in system.forcing])
         bias = sp.Matrix([self.placed(c.bias) for c in self.pushing])
-        determinant = self.placed(mass.det())
-        if determinant == 0:
-            raise _refused(Phrase("the mass matrix is singular"))
-        inverse = mass.adjugate() / determinant
+        inverse = self._inverse(mass)
         weight = (jacobian * inverse * jacobian.T).applyfunc(self.placed)
         size = self.placed(weight.det())
         if size == 0:
             raise _refused(Phrase("contacts that are closed depend on each other"))
         right = -(jacobian * inverse * forcing + bias).applyfunc(self.placed)
         return [self.placed(e) for e in weight.adjugate() * right / size]
+
+    def _inverse(self, mass: sp.Matrix) -> sp.Matrix:
+        if mass.is_diagonal() and all(mass.diagonal()):
+            return sp.diag(*(1 / entry for entry in mass.diagonal()))
+        if mass.rows > _MOST_COUPLED:
+            raise _refused(Phrase("there are too many coordinates for a solution in symbols"))
+        determinant = self.placed(mass.det())
+        if determinant == 0:
+            raise _refused(Phrase("the mass matrix is singular"))
+        return mass.adjugate() / determinant
 
     def _loss(self, gap: Closure, force: sp.Expr, at_start: float | None) -> ContactLoss:
         jumps = not self._is_continuous(force)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 from mpmath import mpf
@@ -14,6 +14,10 @@ from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 
 #: Terms to which a numerator or denominator may be multiplied out.
 _TERMS = 400
+
+
+#: Largest multiple of an angle whose sine and cosine are written in those of the angle.
+_MOST_TURNS = 6
 
 
 class TooLongError(Exception):
@@ -38,10 +42,13 @@ class Surface:
         Coordinates over the others, by gaps that hold them linearly.
     squares
         For each other gap, the coordinates that it gives the square of.
+    distances
+        Radicand → value of its root, by gaps between a distance and a constant.
     """
 
     chart: Mapping[sp.Symbol, sp.Expr]
     squares: tuple[tuple[Square, ...], ...]
+    distances: Mapping[sp.Expr, sp.Expr] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -66,8 +73,23 @@ class Surface:
             chart = {k: e.xreplace({q: value}) for k, e in chart.items()} | {q: value}
         free = [q for q in coordinates if q not in chart]
         free.sort(key=lambda q: -abs(start[q]))
-        squares = tuple(tuple(_squares(gap.xreplace(chart), free)) for gap in others)
-        return cls(chart, squares) if all(squares) else None
+        distances = {}
+        for k, gap in enumerate(others):
+            others[k] = gap = gap.xreplace(chart)
+            distance = _distance(gap, free)
+            if distance is not None:
+                radicand, value = distance
+                distances[radicand] = value
+                others[k] = radicand - value**2
+        squares = tuple(tuple(_squares(gap, free)) for gap in others)
+        return cls(chart, squares, distances) if all(squares) else None
+
+    def without_roots(self, expression: sp.Expr) -> sp.Expr:
+        """Replace the roots of radicands whose distance is known."""
+        for radicand, value in self.distances.items():
+            powers = [p for p in expression.atoms(sp.Pow) if p.base == radicand and p.exp.q == 2]
+            expression = expression.xreplace({p: value ** (2 * p.exp) for p in powers})
+        return expression
 
     def velocities(
         self, coordinates: Sequence[tuple[sp.Symbol, sp.Symbol]], time: sp.Symbol
@@ -103,6 +125,22 @@ def _linear(gap: sp.Expr, free: Sequence[sp.Symbol]) -> tuple[sp.Symbol, sp.Expr
         if parts is not None and parts[0] != 0 and not parts[0].free_symbols & set(free):
             solved.append((not parts[0].is_number, q, -parts[1] / parts[0]))
     return min(solved, key=lambda one: one[0])[1:] if solved else None
+
+
+def _distance(gap: sp.Expr, free: Sequence[sp.Symbol]) -> tuple[sp.Expr, sp.Expr] | None:
+    """Return the radicand and the value of the root that a gap compares with a constant."""
+    roots = [p for p in gap.atoms(sp.Pow) if p.exp == sp.S.Half and p.free_symbols & set(free)]
+    if len(roots) != 1:
+        return None
+    place = sp.Dummy("d")
+    parts = linear_parts(gap.xreplace({roots[0]: place}), place)
+    if (
+        parts is None
+        or parts[0] == 0
+        or (parts[0].free_symbols | parts[1].free_symbols) & set(free)
+    ):
+        return None
+    return roots[0].base, -parts[1] / parts[0]
 
 
 def _squares(gap: sp.Expr, free: Sequence[sp.Symbol]) -> Iterator[Square]:
@@ -168,7 +206,13 @@ def _ordered(functions: Iterable[sp.Expr]) -> list[sp.Expr]:
 def multiplied_out(expression: sp.Expr) -> sp.Expr:
     """Write tangents as quotients, and sines and cosines of sums in those of the terms."""
     quotients = expression.replace(sp.tan, lambda x: sp.sin(x) / sp.cos(x))
-    return sp.expand_trig(quotients)
+    functions = [f for f in quotients.atoms(sp.sin, sp.cos) if _has_small_multiples(f.args[0])]
+    return quotients.xreplace({f: sp.expand_trig(f) for f in functions})
+
+
+def _has_small_multiples(angle: sp.Expr) -> bool:
+    multiples = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(angle)]
+    return all(abs(n) <= _MOST_TURNS for n in multiples if n.is_Integer)
 
 
 def reduced(surface: Surface, expression: sp.Expr) -> sp.Expr:
@@ -179,7 +223,8 @@ def reduced(surface: Surface, expression: sp.Expr) -> sp.Expr:
     TooLongError
         There are too many terms.
     """
-    placed = multiplied_out(expression.xreplace(dict(surface.chart)))
+    placed = surface.without_roots(expression.xreplace(dict(surface.chart)))
+    placed = multiplied_out(placed)
     flat = Flat.of([placed])
     parts = sp.fraction(sp.together(flat.flat(placed)))
     above, below = (_expanded(part) for part in parts)

@@ -116,7 +116,11 @@ def _solved(
     (unknown,) = present
     place = sp.Dummy("u", real=True)
     roots = real_roots(factor.xreplace({unknown: place}), place, is_angle=False)
-    if roots is None or any(sp.count_ops(r.value) > _LONGEST for r in roots.roots):
+    if (
+        roots is None
+        or any(sp.count_ops(r.value) > _LONGEST for r in roots.roots)
+        or not all(_is_nonzero(flat.full(divisor), known) for divisor in roots.divisors)
+    ):
         yield unsolved
         return
     left = flat.functions.get(unknown, unknown)
