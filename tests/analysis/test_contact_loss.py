@@ -194,3 +194,21 @@ def test_scenes_without_contacts_are_refused() -> None:
     with pytest.raises(InputError, match="no constraint of the scene is one-sided"):
         pendulum.analyze("contacts")
     assert pendulum.analyze("symmetries").contacts is None
+
+
+def test_a_ball_that_rolls_leaves_later() -> None:
+    rolling = 'kinetic: {spin: "1/5*m*R^2*dot(theta)^2"}'
+    (zero,) = only(polar(theta="0.2", rate="0", more=rolling)).zeros
+    assert same(zero.right, "10/17*cos(theta_0)")
+
+
+@pytest.mark.slow
+def test_a_dome_that_slides_needs_momentum_and_energy() -> None:
+    text = scene(theta="0.2", rate="0").replace("{r: {}", "{X: {}, r: {}").replace("[r*", "[X + r*")
+    text = text.replace("particles: {", "particles: {dome: {mass: m, position: [X, 0, 0]}, ")
+    contact = only(losses(text.replace("initial: {", "initial: {X: 0, ")))
+    (zero,) = contact.zeros
+    assert same(zero.left, "4*cos(theta_0) - 6*cos(theta) + cos(theta)**3")
+    here = {"m": 1.0, "g": 9.81, "theta": 0.2, "theta_0": 0.2}
+    value = contact.force.xreplace({s: sp.Float(here[s.name]) for s in contact.force.free_symbols})
+    assert float(value) == pytest.approx(contact.at_start)

@@ -18,10 +18,9 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.contacts.relations import Surface, TooLongError, reduced
-from lagrange_cli.analysis.contacts.zeros import Zero, with_angle, zeros
+from lagrange_cli.analysis.contacts.zeros import Zero, collected, with_angle, zeros
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
@@ -336,7 +335,7 @@ class _Forces:
     def _loss(self, gap: Closure, force: sp.Expr, at_start: float | None) -> ContactLoss:
         jumps = not self._is_continuous(force)
         remaining, reason = self._without_velocities(force)
-        remaining = shortened(remaining)
+        remaining = collected(remaining, [*self.coordinates, *self.free])
         if reason:
             return ContactLoss(gap.name, gap.multiplier, remaining, at_start, (), reason, jumps)
         numerator = sp.fraction(sp.together(remaining))[0]

@@ -10,6 +10,7 @@ from mpmath import mpc, mpf
 
 from lagrange_cli.analysis.contacts.relations import Flat, Surface, reduced
 from lagrange_cli.analysis.equilibria.single_equation import real_roots
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
@@ -106,7 +107,9 @@ def _solved(
     known: Mapping[sp.Symbol, sp.Expr],
 ) -> Iterator[Zero]:
     """Yield the roots of a factor in one unknown; the factor if it cannot be solved."""
-    unsolved = Zero(flat.full(_by_powers(factor, present)), sp.S.Zero)
+    leading = sp.LC(factor, *present) if factor.is_polynomial(*present) else factor
+    sign = -1 if leading.could_extract_minus_sign() else 1
+    unsolved = Zero(flat.full(_by_powers(sign * factor, present)), sp.S.Zero)
     symbols = factor.free_symbols
     angles = [a for s in present for a in [flat.functions.get(s)] if a is not None]
     shared = any(a.free_symbols & symbols for a in angles)
@@ -136,17 +139,31 @@ def _solved(
         yield Zero(left, right, None if number is None else float(number.real))
 
 
+def collected(fraction: sp.Expr, coordinates: Sequence[sp.Symbol]) -> sp.Expr:
+    """Collect the powers of the unknowns in the numerator, where that prints shorter."""
+    above, below = sp.fraction(sp.together(fraction))
+    flat = Flat.of([above])
+    polynomial = flat.flat(above)
+    if sp.count_ops(polynomial) > _MOST_OPERATIONS:
+        return shortened(fraction)
+    number, factors = sp.factor_list(polynomial)
+    moving = [*coordinates, *flat.moving(coordinates)]
+    for factor, degree in factors:
+        present = [s for s in moving if s in factor.free_symbols]
+        sign = -1 if number.could_extract_minus_sign() and present and degree % 2 else 1
+        number = (sign * number) * _by_powers(sign * factor, present) ** degree
+    return min(shortened(fraction), flat.full(number) / shortened(below), key=printed_length)
+
+
 def _by_powers(factor: sp.Expr, present: Sequence[sp.Symbol]) -> sp.Expr:
-    """Collect the powers of the unknowns, whose highest one has no minus."""
-    if not factor.is_polynomial(*present):
+    """Collect the powers of the unknowns."""
+    if not present or not factor.is_polynomial(*present):
         return shortened(factor)
-    terms = sp.Poly(factor, *present).terms()
-    sign = -1 if terms[0][1].could_extract_minus_sign() else 1
-    powers = (
-        (shortened(sign * c), sp.Mul(*(s**d for s, d in zip(present, degrees, strict=True))))
-        for degrees, c in terms
+    terms = (
+        shortened(c) * sp.Mul(*(s**d for s, d in zip(present, degrees, strict=True)))
+        for degrees, c in sp.Poly(factor, *present).terms()
     )
-    return sp.Add(*(sp.Mul(c, power, evaluate=c.is_Add is not True) for c, power in powers))
+    return sp.Add(*terms)
 
 
 def _is_outside(number: mpc, *, bounded: bool) -> bool:
