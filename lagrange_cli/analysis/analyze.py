@@ -20,7 +20,7 @@ from lagrange_cli.analysis.equilibria.closed_forms import ClosedForms, closed_fo
 from lagrange_cli.analysis.equilibria.configuration import Configuration, configuration_at, nearest
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
-from lagrange_cli.analysis.equilibria.search import SearchResult, search
+from lagrange_cli.analysis.equilibria.search import SearchResult, search, with_exact
 from lagrange_cli.analysis.equilibria.steady import SteadySystem, steady_system, turning_names
 from lagrange_cli.analysis.linear.linearize import (
     exact_matrices,
@@ -197,7 +197,7 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     points, outcome = list(forms.points), SearchResult([], (), 0)
     if not forms.complete and not (system.missing and points):
         outcome = search(system)
-        points += outcome.points
+        points = with_exact(system, forms.points, outcome)
     different = problem.completed(without_repeats(system, _ordered(system, points)))
     judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -59,13 +60,11 @@ class SimulatedMembers:
             for failure in islice(self.store.failures(), most)
         ]
 
-    def reduced(self) -> dict[str, NumberRange]:
-        """Return reduction, as it was written → range of its numbers."""
-        return {
-            name.removeprefix("reduced/"): extent
-            for name, extent in self.store.ranges().items()
-            if name.startswith("reduced/")
-        }
+    def reduced(self) -> dict[str, tuple[NumberRange, float]]:
+        """Return reduction, as it was written → range of its numbers, and their largest error."""
+        ranges = self.store.ranges()
+        names = [n.removeprefix("reduced/") for n in ranges if n.startswith("reduced/")]
+        return {n: (ranges[f"reduced/{n}"], ranges[f"reduced_error/{n}"].largest) for n in names}
 
 
 def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
@@ -79,8 +78,8 @@ def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
         "failed": simulated.failed(),
         "estimated": simulated.store.estimated(),
         "reduced": {
-            name: {"least": r.least, "largest": r.largest, "known": r.known}
-            for name, r in simulated.reduced().items()
+            name: {"least": r.least, "largest": r.largest, "known": r.known, "error": error}
+            for name, (r, error) in simulated.reduced().items()
         },
         "numbers_alone": simulated.plan.alone,
         "output": simulated.output,
@@ -109,17 +108,28 @@ def _text(simulated: SimulatedMembers) -> Page:
     )
 
 
-def _reduced(reduced: Mapping[str, NumberRange], members: int) -> list[Row]:
+def _reduced(reduced: Mapping[str, tuple[NumberRange, float]], members: int) -> list[Row]:
     """Say what the numbers of motions come to, a line each; nothing if there are none."""
     if not reduced:
         return []
     lines, width = [Row("Reduced", role="heading")], max(map(len, reduced))
-    for name, extent in reduced.items():
-        said = f"from {extent.least:.6g} to {extent.largest:.6g}" if extent.known else "of none"
+    for name, (extent, error) in reduced.items():
+        if extent.known:
+            said = f"from {extent.least:.6g} to {extent.largest:.6g}{_off_by(error)}"
+        else:
+            is_open = error == math.inf
+            said = "open: it is not decided whether there is one" if is_open else "of none"
         if 0 < extent.known < members:
             said += f", of {extent.known} members"
         lines.append(Row(f"  {name:{width}}", "  ", words(said), "name"))
     return lines
+
+
+def _off_by(error: float) -> str:
+    """Say how far a number may be off; nothing where no accuracy is promised."""
+    if math.isnan(error):
+        return ""
+    return f" ± {error:.1g}" if error < math.inf else ", with an error that has no bound"
 
 
 def _failures(failed: Sequence[Mapping[str, Any]], number: int) -> list[Row]:

@@ -10,7 +10,7 @@ known: a search says from how many starts it found what it found.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mpmath
 import numpy as np
@@ -114,6 +114,21 @@ def search(system: RestSystem) -> SearchResult:
     near = _apart(system, doubtful, [p.position or () for p in points])
     unproven = tuple(NearBalance(position, existence.free) for position in near)
     return SearchResult(_without_continua(system, points), unproven, starts)
+
+
+def with_exact(
+    system: RestSystem, exact: Sequence[Equilibrium], result: SearchResult
+) -> list[Equilibrium]:
+    """Add exact equilibria to those of a search; of a continuum of both one is kept."""
+    if all(point.isolated for point in result.points):
+        return [*exact, *result.points]
+    existence = Existence(system)
+    points = [
+        replace(p, isolated=near is None or near.isolated)
+        for p in exact
+        for near in [existence.established([*(p.position or ()), *(p.multipliers or ())])]
+    ]
+    return _without_continua(system, [*points, *result.points])
 
 
 def _apart(

@@ -199,8 +199,7 @@ class _Question:
         """Judge a strict minimum of the energy in all coordinates but those that drift."""
         if self.drifting:
             if not self.drift_is_cyclic:
-                reason = Phrase("{reason}, but free coordinates are not cyclic", reason=minimum)
-                return Stability("undecided", reason)
+                return Stability("undecided", Phrase("free coordinates are not cyclic"))
             reason = Phrase("{reason}; {names} may drift", reason=minimum, names=self.at.free)
             return Stability("stable but for drift", reason)
         if self.has_velocity_forces:

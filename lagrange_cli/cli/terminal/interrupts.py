@@ -38,6 +38,8 @@ def termination() -> Iterator[None]:
     """Turn SIGTERM and SIGHUP into :class:`Terminated` while a command runs."""
 
     def stop(number: int, frame: FrameType | None) -> None:
+        if _is_postponed(number, frame):
+            return
         # The two often come together: the second would disturb the tidying up after the first.
         for known in before:
             signal.signal(known, signal.SIG_IGN)
@@ -65,19 +67,19 @@ def _interrupts() -> list[signal.Signals]:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt; after the import if a module is being imported.
-
-    Extension modules take every exception for their own while they are imported.
-    """
-    if _is_importing(frame):
-        threading.Timer(_PAUSE, os.kill, (os.getpid(), number)).start()
-    else:
+    """Raise KeyboardInterrupt, unless that is postponed."""
+    if not _is_postponed(number, frame):
         signal.default_int_handler(number, frame)
 
 
-def _is_importing(frame: FrameType | None) -> bool:
+def _is_postponed(number: int, frame: FrameType | None) -> bool:
+    """Send a signal again, a little later, if a module is being imported.
+
+    Extension modules take every exception for their own while they are imported.
+    """
     while frame is not None:
         if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            threading.Timer(_PAUSE, os.kill, (os.getpid(), number)).start()
             return True
         frame = frame.f_back
     return False

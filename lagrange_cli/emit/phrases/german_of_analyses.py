@@ -63,9 +63,7 @@ GERMAN_OF_ANALYSES = {
     ),
     "{reason}: the energy has a minimum": "{reason}: Die Energie hat ein Minimum",
     "{reason}, and all motions are damped": "{reason}, und alle Bewegungen sind gedämpft",
-    "{reason}, but free coordinates are not cyclic": (
-        "{reason}, aber freie Koordinaten sind nicht zyklisch"
-    ),
+    "free coordinates are not cyclic": "freie Koordinaten sind nicht zyklisch",
     "{reason}; {names} may drift": "{reason}; {names} kann driften",
     "all motions are damped; {names} may drift": (
         "alle Bewegungen sind gedämpft; {names} kann driften"

@@ -41,6 +41,7 @@ from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.checkpoint.checkpoint import CheckpointWriter
 from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS, Integrator
+from lagrange_cli.simulate.integrators.base import UNDERFLOW
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, ulps
 from lagrange_cli.simulate.runs.run import Failure
@@ -50,6 +51,8 @@ from lagrange_cli.simulate.sharpness import watching
 #: Last places of the time by which steps that are too short are away from a singularity, if it is
 #: the reason, and much less; and the largest part of the span.
 _AHEAD, _NEAR = 1e4, 1e-4
+#: Last places of a coordinate in which accelerations hardly change then, and the least move.
+_MOVED, _LEAST = 4, 1e-300
 
 #: One unit in the last place below 1.
 _LAST_PLACE = float(np.finfo(float).epsneg)
@@ -198,16 +201,23 @@ def _attempt_wider(
 
 
 def _by_rounding(problem: InitialValueProblem, failure: Failure) -> bool:
-    """Tell whether accelerations hardly change in many last places of the time where steps became
-    too short: then rounding is the reason, and no singularity."""
-    if failure.contacts or failure.state is None:
+    """Tell whether rounding of the time is why steps became too short, and no singularity.
+
+    Then accelerations hardly change in many last places of the time, nor in a few of any
+    coordinate: beside a jump and where coordinates are singular they do.
+    """
+    if failure.reason != UNDERFLOW or failure.contacts or failure.state is None:
         return False
-    n, last_place = len(problem.kinds), float(np.spacing(abs(failure.time)))
-    ahead = min(_AHEAD * last_place, _NEAR * problem.span)
-    here = problem.rhs(failure.time, failure.state)
-    there = problem.rhs(failure.time + ahead, failure.state + ahead * here)
-    sizes = np.maximum(np.abs(here), np.abs(there))[n:]
-    return bool((np.abs(there - here)[n:] <= sizes.max(initial=0.0) / 2).all())
+    state, n = failure.state, len(problem.kinds)
+    ahead = min(_AHEAD * float(np.spacing(abs(failure.time))), _NEAR * problem.span)
+    here = problem.rhs(failure.time, state)
+    steps = _MOVED * np.maximum(np.spacing(np.abs(state)), _LEAST)
+    nearby = [state + sign * step for step in np.diag(steps)[:n] for sign in (1, -1)]
+    there = [problem.rhs(failure.time, near) for near in nearby]
+    there.append(problem.rhs(failure.time + ahead, state + ahead * here))
+    apart = np.abs(np.array(there) - here)[:, n:]
+    sizes = np.maximum(np.abs(there), np.abs(here))[:, n:].max(axis=1, initial=0.0)
+    return bool((apart <= sizes[:, None] / 2).all())
 
 
 def _smallest_tolerance(problem: InitialValueProblem, coarse: CoarseResult) -> float:

@@ -71,6 +71,9 @@ SavedState: TypeAlias = Mapping[str, Any]
 #: Why a run ends where its state cannot be projected.
 UNMET = "the constraints cannot be met"
 
+#: Why a run ends where steps are too short beside the last place of the time.
+UNDERFLOW = "the step size underflowed"
+
 
 class StepError(Exception):
     """A step could not be made; ``reason`` is a phrase for a person."""

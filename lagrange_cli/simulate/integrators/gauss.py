@@ -18,7 +18,13 @@ from functools import cache
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, StepError, two_sum
+from lagrange_cli.simulate.integrators.base import (
+    UNDERFLOW,
+    Control,
+    Integrator,
+    StepError,
+    two_sum,
+)
 from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 _STAGES = 8
@@ -128,7 +134,7 @@ class Gauss16(Integrator):
                 return
             else:
                 h *= max(_factor(error), 0.2) if error > 1 else 0.5
-        raise StepError("the step size underflowed")
+        raise StepError(UNDERFLOW)
 
     def _solve(
         self, h: float, start: Array, start_low: Array, scale: Array

@@ -21,6 +21,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
+    UNDERFLOW,
     Control,
     FixedStep,
     Integrator,
@@ -112,7 +113,7 @@ class _ScipyPair(ScipyIntegrator):
         solver.atol = self._control.atol + self._control.rtol * np.abs(self._base)
         solver.step()
         if solver.status == "failed":
-            raise StepError("the step size underflowed")
+            raise StepError(UNDERFLOW)
         t, y = float(solver.t), self._base + solver.y
         projected = self._arrived(t, y)
         if projected is not y:
@@ -224,7 +225,7 @@ class _ScipyImplicit(ScipyIntegrator):
         # LSODA goes on with steps that no longer change t.
         crawls = solver.t < limit and solver.t - self.t < _SMALLEST_STEP * np.spacing(abs(self.t))
         if solver.status == "failed" or crawls:
-            raise StepError("the step size underflowed")
+            raise StepError(UNDERFLOW)
         t, y = float(solver.t), self._origin + solver.y
         projected = self._arrived(t, y)
         if projected is not y:

@@ -28,7 +28,13 @@ import numpy as np
 from lagrange_cli.cache import Cache, digest, open_cache
 from lagrange_cli.files import temporary_folder
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, StepError, UnfitError
+from lagrange_cli.simulate.integrators.base import (
+    UNDERFLOW,
+    Control,
+    Integrator,
+    StepError,
+    UnfitError,
+)
 from lagrange_cli.simulate.integrators.right_hand_side import Expressions, Rhs, Tracer, structured
 from lagrange_cli.simulate.toolchain.compiler import processor
 
@@ -165,7 +171,7 @@ class Taylor(Integrator):
         h = min(_step(terms, tolerance), self._longest, limit - t)
         t_new = limit if h == limit - t else t + h
         if not t_new - t >= 10 * math.ulp(t):
-            raise StepError("the step size underflowed")
+            raise StepError(UNDERFLOW)
         self.y = self._arrived(t_new, _value(terms, t_new - t))
         self._terms, self._start = terms, t
         self.t, self._longest = t_new, control.max_step

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, StepError
+from lagrange_cli.simulate.integrators.base import UNDERFLOW, Control, Integrator, StepError
 from lagrange_cli.simulate.integrators.right_hand_side import Rhs
 
 #: Its smallest relative tolerance; below it the tolerance is what ``atol`` gives.
@@ -69,7 +69,7 @@ class Sundials(Integrator):
             solution = self._one_step(limit)
         shortest = _SMALLEST_STEP * np.spacing(abs(self.t))
         if not solution.success or (solution.t < limit and solution.t - self.t < shortest):
-            raise StepError("the step size underflowed")
+            raise StepError(UNDERFLOW)
         self._arrive(solution)
 
     def _one_step(self, limit: float) -> Any:

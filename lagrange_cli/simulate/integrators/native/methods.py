@@ -16,6 +16,7 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
+    UNDERFLOW,
     UNMET,
     Advance,
     Control,
@@ -61,7 +62,7 @@ _ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, *(POINTER, POINTER, LONG, POINTER, POI
 
 #: Reasons of failure by the return value of a call (kernel.h).
 _FAILURES: dict[int, str] = {
-    KernelStatus.UNDERFLOW: "the step size underflowed",
+    KernelStatus.UNDERFLOW: UNDERFLOW,
     KernelStatus.NOT_FINITE: "the state is no longer finite",
     KernelStatus.UNMET: UNMET,
     KernelStatus.DIVERGES: DIVERGES,
