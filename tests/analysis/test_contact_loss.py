@@ -212,3 +212,21 @@ def test_a_dome_that_slides_needs_momentum_and_energy() -> None:
     here = {"m": 1.0, "g": 9.81, "theta": 0.2, "theta_0": 0.2}
     value = contact.force.xreplace({s: sp.Float(here[s.name]) for s in contact.force.free_symbols})
     assert float(value) == pytest.approx(contact.at_start)
+
+
+def test_an_input_may_make_the_force_jump() -> None:
+    more = "inputs: {u: 2}\nforces: {push: {on: p, force: [0, 0, u]}}"
+    contact = cartesian("x^2 + z^2 >= b^2", "b", more=more)
+    assert contact.jumps
+    assert contact.at_start == pytest.approx((9.81 - 2) / 4 - 0.4**2 / 8)
+
+
+def test_a_kink_of_a_potential_is_reduced_around() -> None:
+    """The square of a coordinate is replaced beside |x|, which is no polynomial."""
+    bent = losses(
+        CARTESIAN.format(wall="x^2 + z^2 >= b^2", z="b", plane="xz", speed="v0", more="").replace(
+            "{gravity: g}", "{gravity: g}, well: F*abs(x)"
+        )
+    )
+    assert not only(bent).reason
+    assert only(bent).jumps

@@ -22,6 +22,7 @@ from lagrange_cli.analysis.contacts.zeros import Zero, collected, with_angle, ze
 from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.free_symbols import is_unknown
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.sparse import entries
@@ -90,11 +91,14 @@ class ContactLosses:
         Constants of the start in the results that are no parameters.
     angles
         Symbols of outputs in the results.
+    are_all
+        True if no contact is open at the start.
     """
 
     contacts: tuple[ContactLoss, ...]
     constants: tuple[StartConstant, ...] = ()
     angles: tuple[sp.Symbol, ...] = ()
+    are_all: bool = True
 
 
 def contact_losses(equations: Equations) -> ContactLosses:
@@ -133,6 +137,7 @@ def contact_losses(equations: Equations) -> ContactLosses:
         solved,
         tuple(c for c in start.constants if c.symbol in symbols),
         tuple(sorted(outputs & symbols, key=str)),
+        are_all=len(closed) == len(system.contacts),
     )
 
 
@@ -142,6 +147,11 @@ def _sides(loss: ContactLoss) -> list[sp.Expr]:
 
 def _refused(message: Phrase) -> InputError:
     return InputError(Problem(message, rule="analysis-contacts"))
+
+
+def _is_open(expression: sp.Expr) -> bool:
+    """Tell if an expression holds an unknown function."""
+    return any(is_unknown(part) for part in sp.preorder_traversal(expression))
 
 
 @dataclass
@@ -196,11 +206,19 @@ class _Start:
         """Tell if a gap and its rate are zero at the start."""
         velocities = [c.v for c in self.equations.system.coordinates]
         rate = sp.Add(gap.rate, *(g * velocities[k] for k, g in entries(gap.gradient).items()))
+        values = self.evaluated([gap.expression, rate])
+        return values is not None and all(abs(x) <= _CLOSED for x in values)
+
+    def evaluated(self, expressions: Sequence[sp.Expr]) -> list[mpf] | None:
+        """Return values at the start; None where there are none, as of unknown functions."""
+        inputs = {u.symbol: u.expression for u in self.equations.system.inputs}
+        expressions = [e.xreplace({u: x for u, x in inputs.items() if x}) for e in expressions]
+        if any(not e.free_symbols <= self.numbers.keys() or _is_open(e) for e in expressions):
+            return None
         try:
-            size, speed = evaluate([gap.expression, rate], self.numbers)
+            return evaluate(expressions, self.numbers)
         except DomainError:
-            return False
-        return bool(abs(size) <= _CLOSED and abs(speed) <= _CLOSED)
+            return None
 
     def value(self, quantity: sp.Expr, name: str, surface: Surface) -> sp.Expr:
         """Value of a conserved quantity, over parameters and named places of the start.
@@ -212,7 +230,10 @@ class _Start:
             value = quantity.xreplace(places)
             if value.free_symbols <= {*self.known, *(c.symbol for c in self.constants)}:
                 return value
-        (number,) = evaluate([quantity], self.numbers)
+        values = self.evaluated([quantity])
+        if values is None:
+            raise _refused(Phrase("the start is not known, and so not which contacts are closed"))
+        (number,) = values
         return self._named(name, float(number)) if number else sp.S.Zero
 
     def _places(self, surface: Surface) -> dict[sp.Symbol, sp.Expr] | None:
@@ -290,18 +311,20 @@ class _Forces:
         rows = [entries(row) for row in (*system.mass_matrix, *(c.gradient for c in self.pushing))]
         dense = [row.get(j, sp.S.Zero) for row in rows for j in range(n)]
         sides = [*system.forcing, *(c.bias for c in self.pushing)]
+        values = self.start.evaluated([*dense, *sides])
+        if values is None:
+            return [None] * k
+        matrix, right = mpmath.matrix(n + k, n + k), mpmath.matrix(values[len(dense) :])
+        for i in range(n + k):
+            for j in range(n):
+                matrix[i, j] = values[i * n + j]
+                if i >= n:
+                    matrix[j, i] = -values[i * n + j]
+        for i in range(n, n + k):
+            right[i] = -right[i]
         try:
-            values = evaluate([*dense, *sides], self.start.numbers)
-            matrix, right = mpmath.matrix(n + k, n + k), mpmath.matrix(values[len(dense) :])
-            for i in range(n + k):
-                for j in range(n):
-                    matrix[i, j] = values[i * n + j]
-                    if i >= n:
-                        matrix[j, i] = -values[i * n + j]
-            for i in range(n, n + k):
-                right[i] = -right[i]
             solution = mpmath.lu_solve(matrix, right)
-        except (DomainError, ZeroDivisionError):
+        except ZeroDivisionError:
             return [None] * k
         return [float(x) if abs(x) > _CLOSED else 0.0 for x in list(solution)[n:]]
 

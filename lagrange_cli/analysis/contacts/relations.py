@@ -251,8 +251,14 @@ def _shortest(expression: sp.Expr, options: Sequence[Square]) -> sp.Expr:
 
 
 def _without_square(expression: sp.Expr, square: Square) -> sp.Expr:
-    if not expression.is_polynomial(square.symbol):
+    functions = {
+        f: sp.Dummy(real=True)
+        for f in expression.atoms(sp.Function, sp.Pow)
+        if square.symbol in f.free_symbols and not f.is_polynomial(square.symbol)
+    }
+    polynomial = expression.xreplace(functions)
+    if not polynomial.is_polynomial(square.symbol):
         return expression
-    powers = sp.Poly(expression, square.symbol).terms()
+    powers = sp.Poly(polynomial, square.symbol).terms()
     terms = (c * square.symbol ** (d % 2) * square.value ** (d // 2) for (d,), c in powers)
-    return _expanded(sp.Add(*terms))
+    return _expanded(sp.Add(*terms)).xreplace({s: f for f, s in functions.items()})

@@ -57,7 +57,9 @@ class LossLines:
     def scope(self, losses: ContactLosses) -> str:
         if not losses.contacts:
             return self.say("no contact is closed at the start")
-        return self.say("while the contacts that are closed at the start last")
+        if losses.are_all:
+            return self.say("while the contacts that are closed at the start last")
+        return self.say("while the contacts that are closed at the start last, and no other closes")
 
     def lost(self, loss: ContactLoss, losses: ContactLosses) -> str:
         """Say where one of some contacts is lost, without its name."""
@@ -68,7 +70,7 @@ class LossLines:
         if is_negative:
             return say("negative at the start: the contact is lost at once")
         if loss.reason:
-            line = say("lost only where this is 0; {reason}", reason=self.reason(loss.reason))
+            line = say("lost only where this is 0")
         elif loss.zeros:
             line = self._condition(loss.zeros[0])
             for zero in loss.zeros[1:]:
@@ -76,7 +78,11 @@ class LossLines:
             line = say("lost only where {condition}", condition=line)
         else:
             line = say("this vanishes nowhere")
-        return say("{text}, or where the force jumps", text=line) if loss.jumps else line
+        if loss.jumps:
+            line = say("{text}, or where the force jumps", text=line)
+        if not loss.reason:
+            return line
+        return say("{text}; {reason}", text=line, reason=self.reason(loss.reason))
 
     def _condition(self, zero: Zero) -> str:
         chain = [self.shown(zero.left), self.shown(zero.right)]

@@ -386,13 +386,17 @@ FRENCH_OF_ANALYSES = {
     "while the contacts that are closed at the start last": (
         "tant que durent les contacts fermés au départ"
     ),
+    "while the contacts that are closed at the start last, and no other closes": (
+        "tant que durent les contacts fermés au départ et qu'aucun autre ne se ferme"
+    ),
     "negative at the start: the contact is lost at once": (
         "négatif au départ\u00a0: le contact est perdu aussitôt"
     ),
     "negative at the start: not all of these contacts last": (
         "négatif au départ\u00a0: ces contacts ne durent pas tous"
     ),
-    "lost only where this is 0; {reason}": "perdu seulement où cela vaut 0\u00a0; {reason}",
+    "lost only where this is 0": "perdu seulement où cela vaut 0",
+    "{text}; {reason}": "{text}\u00a0; {reason}",
     "lost only where {condition}": "perdu seulement où {condition}",
     "{first} or {second}": "{first} ou {second}",
     "this vanishes nowhere": "cela ne s'annule nulle part",

@@ -380,13 +380,17 @@ GERMAN_OF_ANALYSES = {
     "while the contacts that are closed at the start last": (
         "solange die am Anfang geschlossenen Kontakte bestehen"
     ),
+    "while the contacts that are closed at the start last, and no other closes": (
+        "solange die am Anfang geschlossenen Kontakte bestehen und kein anderer schließt"
+    ),
     "negative at the start: the contact is lost at once": (
         "am Anfang negativ: Der Kontakt geht sofort verloren"
     ),
     "negative at the start: not all of these contacts last": (
         "am Anfang negativ: Nicht alle diese Kontakte bleiben bestehen"
     ),
-    "lost only where this is 0; {reason}": "verloren nur, wo dies 0 ist; {reason}",
+    "lost only where this is 0": "verloren nur, wo dies 0 ist",
+    "{text}; {reason}": "{text}; {reason}",
     "lost only where {condition}": "verloren nur, wo {condition}",
     "{first} or {second}": "{first} oder {second}",
     "this vanishes nowhere": "dies verschwindet nirgends",
