@@ -129,7 +129,7 @@ def contact_losses(equations: Equations) -> ContactLosses:
         raise _refused(Phrase("a gap gives neither a coordinate nor the square of one"))
     try:
         solved = _Forces(equations, start, surface, pushing).losses(closed)
-    except TooLongError:
+    except (TooLongError, sp.PolynomialError):
         raise _refused(Phrase("the forces of the contacts are too long")) from None
     symbols = {s for c in solved for e in (c.force, *_sides(c)) for s in e.free_symbols}
     outputs = {sp.Symbol(name, real=True) for name, _ in system.outputs}
