@@ -5,4 +5,4 @@
 expressions by equations that hold while contacts last, and :mod:`.zeros` solves for places.
 """
 
-__all__ = ["loss", "relations", "zeros"]
+__all__ = ["loss", "zeros"]

@@ -17,5 +17,6 @@ __all__ = [
     "rest_functions",
     "rest_system",
     "search",
+    "single_equation",
     "steady",
 ]

@@ -9,11 +9,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.machinery import ExtensionFileLoader
 from types import FrameType
 from typing import Any
 
 #: Seconds after which a signal that had no effect is sent again.
-_PAUSE = 0.05
+_PAUSE = 0.02
 
 
 class Terminated(BaseException):
@@ -30,7 +31,19 @@ class Terminated(BaseException):
     def __del__(self) -> None:
         if not self.heard:
             self._again()
-            threading.Timer(_PAUSE, os.kill, (os.getpid(), self.number)).start()
+            _send_again(self.number)
+
+
+def _send_again(number: int) -> None:
+    """Send a signal to the main thread after a pause: sent to the process, any thread gets it.
+
+    The main thread would then go on waiting for a compiler, and look at the signal afterwards.
+    """
+    main = threading.main_thread().ident
+    if main is None or not hasattr(signal, "pthread_kill"):
+        threading.Timer(_PAUSE, os.kill, (os.getpid(), number)).start()
+    else:
+        threading.Timer(_PAUSE, signal.pthread_kill, (main, number)).start()
 
 
 @contextmanager
@@ -73,13 +86,13 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _is_postponed(number: int, frame: FrameType | None) -> bool:
-    """Send a signal again, a little later, if a module is being imported.
+    """Send a signal again, a little later, if an extension module is being imported.
 
-    Extension modules take every exception for their own while they are imported.
+    Such modules take every exception for their own meanwhile. Others pass it on.
     """
     while frame is not None:
-        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
-            threading.Timer(_PAUSE, os.kill, (os.getpid(), number)).start()
+        if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):
+            _send_again(number)
             return True
         frame = frame.f_back
     return False

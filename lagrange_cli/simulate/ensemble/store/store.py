@@ -7,13 +7,16 @@ many files (:mod:`.zarr_store`). The process that runs a block writes it; its su
 from __future__ import annotations
 
 import importlib.util
+import json
 import math
+import time
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -34,6 +37,9 @@ from lagrange_cli.simulate.ensemble.store.result import Ensemble
 
 #: Name, shape, and parts along the first axis, of an array.
 _Entry: TypeAlias = tuple[str, tuple[int, ...], Iterable[Array]]
+
+#: Seconds between readings of metadata that another process is writing.
+_PAUSES = 100 * (0.05,)
 
 #: Stores a block in the process that ran it; its summary comes back.
 BlockWriter: TypeAlias = Callable[[MemberBlock], FinishedBlock]
@@ -269,3 +275,15 @@ class JoinedArrays:
         """Return the length of the longest text of a finished block."""
         part = self.array(number, name)
         return 1 if part is None else max(1, part.dtype.itemsize // 4)
+
+
+def settled(read: Callable[[], Any]) -> Any:
+    """Read metadata in JSON, again while another process has written a part of them.
+
+    Not every file system has files at once with their content.
+    """
+    for pause in _PAUSES:
+        with suppress(json.JSONDecodeError):
+            return read()
+        time.sleep(pause)
+    return read()

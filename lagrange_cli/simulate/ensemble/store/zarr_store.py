@@ -38,6 +38,7 @@ from lagrange_cli.simulate.ensemble.store.store import (
     refused,
     require_package,
     require_resumable,
+    settled,
 )
 from lagrange_cli.simulate.request import resolve
 
@@ -187,7 +188,7 @@ class ZarrWriter:
         if name not in opened.arrays:
             written, axes = written_name(name), 2 if name.startswith(COLUMN) else 1
             stored_name, texts = array_name(written), name in TEXTS
-            if stored_name not in opened.group:
+            if not settled(lambda: stored_name in opened.group):
                 # Several processes may make it at a time.
                 with suppress(ContainsArrayError):
                     opened.group.create_array(
@@ -200,7 +201,7 @@ class ZarrWriter:
                         attributes={**self.description.of_array(written), _NAME: written},
                         **codecs(texts),
                     )
-            opened.arrays[name] = opened.group[stored_name]
+            opened.arrays[name] = settled(lambda: opened.group[stored_name])
         return opened.arrays[name]
 
 
