@@ -26,7 +26,8 @@ def tree(value: Any) -> Any:
     """A value as nested tuples, with the class and the arguments of every expression in order."""
     if isinstance(value, sp.Basic):
         if not value.args:
-            return type(value).__name__, sp.srepr(value), getattr(value, "assumptions0", None)
+            # With the assumptions that were declared; those that were deduced depend on questions.
+            return type(value).__name__, sp.srepr(value)
         return value.func.__name__, *map(tree, value.args)
     if is_dataclass(value):
         return type(value), *(tree(getattr(value, f.name)) for f in fields(value))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import stat
@@ -214,7 +215,12 @@ def test_a_refused_scene_leaves_no_compiler(hanging, place):
 def test_a_command_that_is_ended_leaves_no_compiler(hanging, place, number):
     with _simulate(SCENE) as process:
         _wait_for(place / "log")
-        process.send_signal(number)
-        assert process.wait(120) == 128 + number
+        # Code in C that runs just then may swallow an interrupt; a user presses the keys again.
+        while process.poll() is None:
+            process.send_signal(number)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(3)
+        # Shells report the same of a process that its signal ended.
+        assert process.returncode in (128 + number, -number)
     assert hanging()
     assert _left(place) == []
