@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from sympy import Expr
 
 
+#: Digits of the numbers that analyses compute with, and judge by.
+DIGITS = 50
+
 Verdict: TypeAlias = Literal[
     "stable",
     "asymptotically stable",

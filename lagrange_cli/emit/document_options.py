@@ -10,6 +10,9 @@ from lagrange_cli.emit.base import Option, OptionValue
 from lagrange_cli.emit.phrases.language import LANGUAGES
 from lagrange_cli.errors import InputError, Problem
 
+#: Equilibria and modes that are listed; JSON has all.
+MOST_LISTED = 16
+
 #: Points of a unit of length, as LaTeX has them.
 _POINTS = {"pt": 1.0, "mm": 72.27 / 25.4, "cm": 72.27 / 2.54, "in": 72.27}
 

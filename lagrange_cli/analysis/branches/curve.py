@@ -16,7 +16,7 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.interval_roots import IntervalSystem
 from lagrange_cli.analysis.interval_values import Interval, around
-from lagrange_cli.analysis.values import Matrix
+from lagrange_cli.analysis.values import DIGITS, Matrix
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.branches.functions import BranchFunctions
     from lagrange_cli.analysis.values import Mpf
-
-#: Digits of residuals.
-DIGITS = 50
 
 # Newton's method. A contraction well below 1 tells the nearest part of the curve from others.
 

@@ -10,7 +10,7 @@ import numpy as np
 from mpmath import mpf
 from scipy.optimize import linear_sum_assignment
 
-from lagrange_cli.analysis.branches.curve import DIGITS, Space, row_sizes
+from lagrange_cli.analysis.branches.curve import Space, row_sizes
 from lagrange_cli.analysis.branches.functions import BranchFunctions
 from lagrange_cli.analysis.branches.marked_curve import Traced
 from lagrange_cli.analysis.branches.poles import first_order_in_doubles
@@ -21,6 +21,7 @@ from lagrange_cli.analysis.branches.values import Branch, Branches, Locus, Stret
 from lagrange_cli.analysis.equilibria.repeats import without_repeats
 from lagrange_cli.analysis.equilibria.search import search, usual_length
 from lagrange_cli.analysis.phrases import Phrase
+from lagrange_cli.analysis.values import DIGITS
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.stages import announce

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.system import Parameter
     from lagrange_cli.scene.model import Scene
 
-_DIGITS = 50
-
 #: Largest magnitude of an end.
 _LARGEST = mpf(10) ** 30
 

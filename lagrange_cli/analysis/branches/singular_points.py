@@ -16,11 +16,10 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from lagrange_cli.analysis.branches.curve import DIGITS
 from lagrange_cli.analysis.branches.functions import Derivatives
 from lagrange_cli.analysis.interval_roots import IntervalSystem
 from lagrange_cli.analysis.interval_values import Interval, around
-from lagrange_cli.analysis.values import Matrix, Mpf
+from lagrange_cli.analysis.values import DIGITS, Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:

@@ -19,7 +19,6 @@ import mpmath
 import sympy as sp
 
 from lagrange_cli.analysis.equilibria.parameter_relations import (
-    DIGITS,
     ParameterFacts,
     Relation,
     all_vanish,
@@ -32,7 +31,7 @@ from lagrange_cli.analysis.equilibria.single_equation import (
     factors_of,
     real_roots,
 )
-from lagrange_cli.analysis.values import AbsentEquilibrium, Equilibrium, Existence, Mpf
+from lagrange_cli.analysis.values import DIGITS, AbsentEquilibrium, Equilibrium, Existence, Mpf
 from lagrange_cli.mechanics.algebra.polynomials import cancelled
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate

@@ -14,7 +14,7 @@ from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_system import parameter_values
 from lagrange_cli.analysis.equilibria.search import polished
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.values import Equilibria, Equilibrium, Mpf
+from lagrange_cli.analysis.values import DIGITS, Equilibria, Equilibrium, Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.errors import nearest as nearest_name
 from lagrange_cli.mechanics.interpretation import interpret
@@ -24,8 +24,6 @@ from lagrange_cli.scene.language.families import read_expression
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.mechanics.equations import Equations
-
-_DIGITS = 50
 
 #: Distance from an equilibrium, relative to 1 and to its coordinates, below which a typed
 #: configuration is a rounded one of it.
@@ -92,7 +90,7 @@ def number_of(equations: Equations, expression: sp.Expr, place: Mark) -> Mpf:
     InputError
         At ``place``: it has no finite value for the values of the parameters.
     """
-    with mpmath.workdps(_DIGITS):
+    with mpmath.workdps(DIGITS):
         known = parameter_values(equations)
         if expression.free_symbols <= known.keys():
             with suppress(DomainError):

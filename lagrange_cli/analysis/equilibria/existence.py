@@ -25,14 +25,12 @@ from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 from lagrange_cli.analysis.interval_roots import IntervalSystem
 from lagrange_cli.analysis.interval_values import BITS, Interval, around, holds_zero
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
-from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf
+from lagrange_cli.analysis.values import DIGITS, Equilibrium, Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
-
-_DIGITS = 50
 
 #: Singular values below this part of the largest one are taken for zero; what follows is proven.
 _FLAT = 1e-9
@@ -94,7 +92,7 @@ class Existence:
 
     def established(self, unknown: Sequence[Mpf]) -> Equilibrium | None:
         """Return the equilibrium near a point, in positions and multipliers; None without proof."""
-        with mpmath.workdps(_DIGITS):
+        with mpmath.workdps(DIGITS):
             for numbers, part in self._parts(list(unknown)):
                 radii = self._radii(part, numbers)
                 if radii is not None:
@@ -233,7 +231,7 @@ class Existence:
 
     def _numeric(self, unknown: Sequence[Mpf], part: _Part, radii: Matrix) -> Equilibrium:
         numbers, n = list(unknown), self.system.functions.n
-        uncertainty = mpf(10) ** -_DIGITS
+        uncertainty = mpf(10) ** -DIGITS
         for k, radius in zip(part.columns, map(mpf, radii.tolist()), strict=True):
             # Zero, where it is as good as the number that was found.
             numbers[k] = mpf(0) if abs(numbers[k]) <= radius else numbers[k]
@@ -284,7 +282,7 @@ class Existence:
         numbers += [s * e for e in self.system.exact_known.values() for s in (1, -1)]
         tried: list[sp.Expr] = []
         for number in numbers:
-            if number not in tried and abs(mpf(sp.N(number, _DIGITS)) - x) < room:
+            if number not in tried and abs(mpf(sp.N(number, DIGITS)) - x) < room:
                 tried.append(number)
                 yield number
 
@@ -320,7 +318,7 @@ class Existence:
     def _nearly_balance(self, place: Mapping[sp.Symbol, sp.Expr]) -> bool:
         """Say whether numbers do not tell that forces differ from zero: that saves a proof."""
         try:
-            numbers = {s: mpf(sp.N(x, _DIGITS)) for s, x in place.items()}
+            numbers = {s: mpf(sp.N(x, DIGITS)) for s, x in place.items()}
             values = evaluate([*self.system.forces], numbers)
         except (DomainError, KeyError, TypeError):
             return True

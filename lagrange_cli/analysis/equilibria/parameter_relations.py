@@ -15,7 +15,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.values import Existence, Mpf
+from lagrange_cli.analysis.values import DIGITS, Existence, Mpf
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -23,8 +23,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
-#: Digits of the numbers that decide, and the relative size below which one is rounding.
-DIGITS = 50
+#: Relative size below which a number that decides is rounding.
 ROUNDING = mpf(10) ** -30
 
 #: Factors without a sign of a condition that is worth reading.

@@ -15,14 +15,12 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.values import Equilibrium, Mpf
+from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.mechanics.system import Coordinate
-
-_DIGITS = 50
 
 #: Difference, relative to 1 and to the values, below which configurations are one: an angle that is
 #: a root of its cosine keeps half of its digits.
@@ -137,7 +135,7 @@ class _Places:
         coordinates = self.system.equations.system.coordinates
         pairs = zip(coordinates, point.position, strict=True)
         known = {**self.system.known, **{c.q: x for c, x in pairs}}
-        with mpmath.workdps(_DIGITS):
+        with mpmath.workdps(DIGITS):
             try:
                 return evaluate(self.positions, known)
             except (DomainError, KeyError):

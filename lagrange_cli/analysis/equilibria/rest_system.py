@@ -17,7 +17,7 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions, exact_value
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.values import Mpf
+from lagrange_cli.analysis.values import DIGITS, Mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.free_symbols import is_unknown, require_given
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 
 #: Coordinates and closures beyond which nothing is analyzed. Matrices are dense.
 MOST_UNKNOWNS = 160
-
-#: Digits of numbers.
-_DIGITS = 50
 
 #: Further digits in which closed forms are evaluated, and a bound of errors that decimals cause.
 _GUARD, _HALF_OF_DECIMALS = 60, 1e-15
@@ -159,7 +156,7 @@ class RestSystem:
     def exact_known(self) -> Mapping[sp.Symbol, sp.Expr]:
         """Values of parameters, and of inputs, of which the exact number is known."""
         exact_numbers = {p.symbol: p.exact for p in self.equations.system.parameters}
-        with mpmath.workdps(_DIGITS):
+        with mpmath.workdps(DIGITS):
             exact = {s: exact_value(x, exact_numbers.get(s)) for s, x in self.known.items()}
         return {s: x for s, x in exact.items() if x is not None}
 
@@ -177,14 +174,14 @@ class RestSystem:
         coordinates = self.equations.system.coordinates
         start = {c.q: x for c, x in zip(coordinates, self.start, strict=True)}
         exact = [e.xreplace(self.exact_known) for e in expressions]
-        with mpmath.workdps(_DIGITS + _GUARD):
+        with mpmath.workdps(DIGITS + _GUARD):
             if all(e.free_symbols <= start.keys() for e in exact):
-                return evaluate(exact, start), 10.0**-_DIGITS
+                return evaluate(exact, start), 10.0**-DIGITS
             return evaluate(expressions, {**self.known, **start}), _HALF_OF_DECIMALS
 
     def with_parameters(self, values: Mapping[sp.Symbol, Mpf]) -> RestSystem:
         """Return the same system with other values of parameters."""
-        with mpmath.workdps(_DIGITS):
+        with mpmath.workdps(DIGITS):
             known = {**self.known, **values}
             places = {s: known[s] for s in known if s not in self.inputs}
             known |= {
@@ -200,7 +197,7 @@ class RestSystem:
         initial, n = self.equations.system.initial, len(self.equations.system.coordinates)
         if initial is None:
             return (mpf(0),) * n
-        with mpmath.workdps(_DIGITS):
+        with mpmath.workdps(DIGITS):
             return tuple(map(mpf, (initial.decimals or initial.positions)[:n]))
 
 
@@ -236,10 +233,10 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
     constraints = tuple(c.expression.xreplace(values_at_rest) for c in equations.system.closures)
     _require_values_at_rest(equations, (*stills, *constraints))
     _require_autonomous(equations, (*stills, *constraints))
-    with mpmath.workdps(_DIGITS):
+    with mpmath.workdps(DIGITS):
         known = parameter_values(equations)
     values = known | {
-        u: mpf(sp.N(value.subs(known), _DIGITS))
+        u: mpf(sp.N(value.subs(known), DIGITS))
         for u, value in inputs.items()
         if _is_known(value, known)
     }
@@ -382,7 +379,7 @@ def has_derivatives(system: RestSystem, at: Equilibrium) -> bool:
         difference = sp.Add(first, -second)
         slopes = (derivative(difference, s) for s in state if s in difference.free_symbols)
         try:
-            with mpmath.workdps(_DIGITS):
+            with mpmath.workdps(DIGITS):
                 values = evaluate([difference, *slopes], place)
         except DomainError:
             return False
@@ -402,7 +399,7 @@ def _changes(system: RestSystem, atom: sp.Expr, place: dict[sp.Symbol, Mpf]) -> 
     if not any(s in place for s in moving):
         return False
     sides = atom.args if len(atom.args) == 1 else (sp.Add(atom.args[0], -atom.args[1]),)
-    with mpmath.workdps(_DIGITS):
+    with mpmath.workdps(DIGITS):
         try:
             return any(abs(x) < _NOTHING for x in evaluate(sides, place))
         except DomainError:

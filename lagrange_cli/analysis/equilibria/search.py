@@ -20,11 +20,8 @@ from lagrange_cli.analysis.equilibria.existence import Existence
 from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
-from lagrange_cli.analysis.values import Equilibrium, Matrix, Mpf, NearBalance
+from lagrange_cli.analysis.values import DIGITS, Equilibrium, Matrix, Mpf, NearBalance
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
-
-#: Digits of the points.
-DIGITS = 50
 
 # Budgets are counts of operations, so that outputs do not depend on the speed of a machine. More
 # starts and steps take longer and miss fewer equilibria; the values are not tuned.

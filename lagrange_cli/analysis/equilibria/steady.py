@@ -21,15 +21,13 @@ from lagrange_cli.analysis.equilibria.repeats import is_turned
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, parameter_values, rest_system
 from lagrange_cli.analysis.forms.momenta import Momentum, momentum_letter
 from lagrange_cli.analysis.forms.routhian import Routhian, ignorable, routhian_form
-from lagrange_cli.analysis.values import Equilibrium, Mpf, Turning
+from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf, Turning
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.mechanics.system import InitialState, Parameter
-
-_DIGITS = 50
 
 #: Part of the usual inertia below which inertia is rounding.
 _WITHOUT_INERTIA = mpf(10) ** -25
@@ -121,7 +119,7 @@ class SteadySystem:
         place = {
             c.q: x for c, x in zip(self.form.equations.system.coordinates, position, strict=True)
         }
-        with mpmath.workdps(_DIGITS):
+        with mpmath.workdps(DIGITS):
             try:
                 numbers = evaluate(list(self.inertia), {**self.sought.known, **place})
             except DomainError:
@@ -156,7 +154,7 @@ class SteadySystem:
                 exact = None
         if point.position is not None and not self.sought.missing:
             place = dict(zip(symbols, point.position, strict=True))
-            with mpmath.workdps(_DIGITS):
+            with mpmath.workdps(DIGITS):
                 try:
                     numbers = evaluate(flat, {**self.sought.known, **place})
                 except DomainError:
@@ -257,7 +255,7 @@ def _at_start(equations: Equations, form: Routhian) -> list[Mpf | None]:
     ]
     state = (*initial.positions, *initial.velocities)
     numbers = initial.decimals or tuple(map(repr, state))
-    with mpmath.workdps(_DIGITS):
+    with mpmath.workdps(DIGITS):
         place = {equations.system.t: mpf(equations.system.simulate.start)}
         place |= {s: mpf(x) for s, x in zip(symbols, numbers, strict=False)}
         place |= parameter_values(equations)

@@ -23,7 +23,7 @@ from mpmath import mpf
 from lagrange_cli.analysis.equilibria.rest_system import has_derivatives
 from lagrange_cli.analysis.interval_values import around, ends
 from lagrange_cli.analysis.phrases import Phrase
-from lagrange_cli.analysis.values import Equilibrium, ExactMatrices, Matrix, Mpf, StateSpace
+from lagrange_cli.analysis.values import DIGITS, Equilibrium, ExactMatrices, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
@@ -32,9 +32,6 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 
-
-#: Digits of the numbers.
-DIGITS = 50
 
 #: Size of a pivot, relative to its row, below which a gradient depends on others: far above the
 #: rounding of 50 digits, far below coefficients that scenes have.

@@ -9,8 +9,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.analysis.linear.linearize import DIGITS
-from lagrange_cli.analysis.values import ExactMatrices, Linearization, Matrix, Mode
+from lagrange_cli.analysis.values import DIGITS, ExactMatrices, Linearization, Matrix, Mode
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, common_divisor, factored_form
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.elimination.solve_equation import solutions

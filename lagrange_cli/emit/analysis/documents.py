@@ -14,7 +14,6 @@ from lagrange_cli.emit.analysis.linear import linear_sections
 from lagrange_cli.emit.analysis.numerical import response_lines, response_table
 from lagrange_cli.emit.analysis.places import Places
 from lagrange_cli.emit.analysis.wording import (
-    MOST_LISTED,
     Teller,
     along_lines,
     averaged_line,
@@ -30,7 +29,7 @@ from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
 from lagrange_cli.emit.document.conservation import Further, balance, conserved
 from lagrange_cli.emit.document.contents import Content
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.document_options import ANALYZED, LATEX_OPTIONS
+from lagrange_cli.emit.document_options import ANALYZED, LATEX_OPTIONS, MOST_LISTED
 from lagrange_cli.emit.latex.document import emit_latex
 from lagrange_cli.emit.latex.markdown import emit_markdown
 from lagrange_cli.emit.steps.sections import (

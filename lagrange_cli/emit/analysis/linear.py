@@ -10,7 +10,8 @@ import numpy as np
 
 from lagrange_cli.emit.analysis.matrices import Matrices
 from lagrange_cli.emit.analysis.places import Places
-from lagrange_cli.emit.analysis.wording import MOST_LISTED, damping_line
+from lagrange_cli.emit.analysis.wording import damping_line
+from lagrange_cli.emit.document_options import MOST_LISTED
 from lagrange_cli.emit.phrases.equations import free_letter
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.notation.build import display

@@ -17,7 +17,6 @@ from lagrange_cli.emit.analysis.numerical import (
     response_rows,
 )
 from lagrange_cli.emit.analysis.wording import (
-    MOST_LISTED,
     Teller,
     count_line,
     damping_line,
@@ -30,6 +29,7 @@ from lagrange_cli.emit.analysis.wording import (
     unproven_lines,
     verdict_word,
 )
+from lagrange_cli.emit.document_options import MOST_LISTED
 from lagrange_cli.emit.phrases.equations import none_conserved_line
 from lagrange_cli.emit.phrases.language import ENGLISH, Language, language
 from lagrange_cli.emit.text.conserved import conserved_row, energy

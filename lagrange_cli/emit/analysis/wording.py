@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     )
     from lagrange_cli.emit.phrases.language import Language
 
-#: Equilibria and modes that are listed; JSON has all.
-MOST_LISTED = 16
-
 
 @dataclass(frozen=True)
 class Teller:

@@ -9,6 +9,7 @@ from functools import cached_property
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.latex.typesetter import letter_count
 from lagrange_cli.emit.steps.sections import Block, Section, Title
 from lagrange_cli.notation.symbols import latex_prose, latex_text
 
@@ -167,8 +168,7 @@ def _height(text: str) -> float:
             height += _row_height(line, environment)
             end = "" if line.endswith(end) else end
         else:
-            letters = len(re.sub(r"\\[A-Za-z]+|[{}$]", "", line))
-            height += 1.2 * -(-letters // _LETTERS)
+            height += 1.2 * -(-letter_count(line) // _LETTERS)
     return height
 
 

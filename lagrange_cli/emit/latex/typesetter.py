@@ -80,7 +80,7 @@ class Typesetter(RowSetter):
         if formula.startswith(_ALONE):
             return 0
         words = _TEXTS.findall(formula)
-        return sum(map(_letters, words)) + len(
+        return sum(map(letter_count, words)) + len(
             re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", _TEXTS.sub("", formula)))
         )
 
@@ -120,7 +120,7 @@ class Typesetter(RowSetter):
         lines = [parts[0]]
         for sign, part in zip(parts[1::2], parts[2::2], strict=True):
             whole = f"{lines[-1]}{sign}{part}"
-            if _letters(whole) <= FILLED * self.columns:
+            if letter_count(whole) <= FILLED * self.columns:
                 lines[-1] = whole
             elif sign.startswith(","):
                 lines[-1:] = [f"{lines[-1]},", part]
@@ -174,7 +174,7 @@ class Typesetter(RowSetter):
     def _table(self, table: Table) -> list[str]:
         """Return the lines of a table; a long one is several, between which pages may end."""
         lines = (table.heads, *table.rows)
-        widths = [max(map(_letters, column)) + 3 for column in zip(*lines, strict=True)]
+        widths = [max(map(letter_count, column)) + 3 for column in zip(*lines, strict=True)]
         fits = sum(widths) <= self.columns
         parts = range(0, len(table.rows), self.most_rows)
         return [line for start in parts for line in self._part(table, start, fits=fits)]
@@ -214,7 +214,7 @@ _UNBROKEN = r"\postdisplaypenalty=10000 "
 _BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
 
 
-def _letters(text: str) -> int:
+def letter_count(text: str) -> int:
     """Count the letters of a text without its commands."""
     return len(re.sub(r"\\[A-Za-z]+|[{}$_^]", "", text))
 

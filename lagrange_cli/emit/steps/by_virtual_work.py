@@ -10,6 +10,7 @@ import sympy
 
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import rest_system
+from lagrange_cli.emit.document_options import MOST_LISTED
 from lagrange_cli.emit.steps.by_dalembert import (
     coefficient_law,
     effective_force,
@@ -36,9 +37,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.analysis.values import Equilibrium, Existence
     from lagrange_cli.mechanics.system import Coordinate
-
-#: Equilibria that are written.
-_MOST_LISTED = 16
 
 
 def principle(writer: StepsWriter) -> Section | None:
@@ -128,7 +126,7 @@ def equilibrium(writer: StepsWriter) -> Section | None:
     """
     forms = laws_of_equilibrium(rest_system(writer.equations, {}))
     say = writer.say
-    points = forms.points[:_MOST_LISTED] if forms else ()
+    points = forms.points[:MOST_LISTED] if forms else ()
     if forms is None or not (points or forms.complete):
         text = say("These equations have no solution in closed form that was found.")
         return section(say("Equilibrium"), Words(text))
