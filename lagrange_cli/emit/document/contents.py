@@ -76,12 +76,13 @@ def constraint_forces(writer: DocumentWriter) -> Section | None:
     if forces is None:
         return None
     rows = list(_force_rows(writer, forces))
-    none = [] if forces.shared else [Words(say("There are none."))]
+    is_empty = not (rows or forces.shared)
+    meaning = say("{text}.", text=writer.letters.words(forces_line(say)))
     notes = [writer.letters.words(note) for note in force_notes(forces, say)]
     return section(
         say("Constraint forces"),
-        Words(say("{text}.", text=writer.letters.words(forces_line(say)))),
-        *([formulas(rows, result=True)] if rows else none),
+        Words(say("There are none.") if is_empty else meaning),
+        *([formulas(rows, result=True)] if rows else ()),
         *(Words(say("{text}.", text=f"{note[0].upper()}{note[1:]}")) for note in notes),
     )
 

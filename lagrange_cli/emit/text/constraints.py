@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lagrange_cli.emit.phrases.equations import (
     contacts_lines,
     multiplier_label,
@@ -15,9 +13,6 @@ from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.layout import columns, joined, suffixed
 from lagrange_cli.notation.page import Row, formula, words
-
-if TYPE_CHECKING:
-    pass
 
 
 def closures(writer: TextWriter) -> list[Row]:
@@ -69,7 +64,9 @@ def constraint_forces(writer: TextWriter) -> list[Row]:
         pushed = [(writer.say("force on {place}", place=on), e) for on, e in sizes]
         groups.append((name, known + pushed))
     names = [escape_controls(name) for name, _ in groups]
-    lines = [Row(writer.say("Constraint forces"), "   ", words(forces_line(writer.say)), "heading")]
+    is_empty = not (groups or forces.shared)
+    meaning = writer.say("none") if is_empty else forces_line(writer.say)
+    lines = [Row(writer.say("Constraint forces"), "   ", words(meaning), "heading")]
     for name, lead, (_, rows) in zip(names, leads_after(names), groups, strict=True):
         for index, (label, expression) in enumerate(rows):
             begin = (" " * columns(name) if index else name) + lead
@@ -78,7 +75,6 @@ def constraint_forces(writer: TextWriter) -> list[Row]:
             lines.append(
                 formula(f"  {begin.rstrip()}", begin[len(begin.rstrip()) :] + opening, shown)
             )
-    lines += [] if groups or forces.shared else [Row("", "  ", words(writer.say("none")))]
     return lines + [
         Row("", "  ", words(escape_controls(n))) for n in force_notes(forces, writer.say)
     ]
