@@ -63,7 +63,7 @@ class _Part:
     isolated: bool = True
 
 
-class Existence:
+class EquilibriumProver:
     """Proves equilibria of one system.
 
     Parameters

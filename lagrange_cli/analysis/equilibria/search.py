@@ -16,7 +16,7 @@ import mpmath
 import numpy as np
 from mpmath import mpf
 
-from lagrange_cli.analysis.equilibria.existence import Existence
+from lagrange_cli.analysis.equilibria.existence import EquilibriumProver
 from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
@@ -90,7 +90,7 @@ def search(system: RestSystem) -> SearchResult:
         A parameter lacks its value.
     """
     system.require_values()
-    functions, existence = system.functions, Existence(system)
+    functions, prover = system.functions, EquilibriumProver(system)
     size = functions.n + functions.m
     affordable = min(_WORK // functions.operations, _SOLVING // size**3)
     starts = max(_FEWEST_STARTS, min(_MOST_STARTS, affordable))
@@ -102,14 +102,14 @@ def search(system: RestSystem) -> SearchResult:
         end = _approached(system, unknown, steps)
         if end is None:
             continue
-        point = _established(existence, end)
+        point = _established(prover, end)
         if isinstance(point, Equilibrium):
             if all(_differ(system, point, known) for known in points):
                 points.append(point)
         elif point is not None:
             doubtful.append(point)
     near = _apart(system, doubtful, [p.position or () for p in points])
-    unproven = tuple(NearBalance(position, existence.free) for position in near)
+    unproven = tuple(NearBalance(position, prover.free) for position in near)
     return SearchResult(_without_continua(system, points), unproven, starts)
 
 
@@ -119,11 +119,11 @@ def with_exact(
     """Add exact equilibria to those of a search; of a continuum of both one is kept."""
     if all(point.isolated for point in result.points):
         return [*exact, *result.points]
-    existence = Existence(system)
+    prover = EquilibriumProver(system)
     points = [
         replace(p, isolated=near is None or near.isolated)
         for p in exact
-        for near in [existence.established([*(p.position or ()), *(p.multipliers or ())])]
+        for near in [prover.established([*(p.position or ()), *(p.multipliers or ())])]
     ]
     return _without_continua(system, [*points, *result.points])
 
@@ -275,7 +275,7 @@ def polished(system: RestSystem, unknown: Sequence[float]) -> Equilibrium | None
     ``unknown``: positions and multipliers close to it.
     """
     end = _approached(system, unknown, _POLISHING)
-    point = None if end is None else _established(Existence(system), end)
+    point = None if end is None else _established(EquilibriumProver(system), end)
     return point if isinstance(point, Equilibrium) else None
 
 
@@ -316,17 +316,17 @@ def _approached(system: RestSystem, unknown: Sequence[float], steps: int) -> _En
     return _End(x, sizes[-1])
 
 
-def _established(existence: Existence, end: _End) -> Equilibrium | tuple[Mpf, ...] | None:
+def _established(prover: EquilibriumProver, end: _End) -> Equilibrium | tuple[Mpf, ...] | None:
     """Return an equilibrium that is proven, or a position where numbers balance, or None."""
-    system, n = existence.system, existence.system.functions.n
+    system, n = prover.system, prover.system.functions.n
     if end.step > _SETTLED or not system.allows(end.unknown[:n]):
         return None
     with mpmath.workdps(DIGITS):
         unknown = [*_within_turns(system, end.unknown[:n]), *end.unknown[n:]]
-    point = existence.established(unknown)
+    point = prover.established(unknown)
     if point is not None:
         return point if system.allows(point.position or ()) else None
-    return None if existence.is_excluded(unknown) else tuple(unknown[:n])
+    return None if prover.is_excluded(unknown) else tuple(unknown[:n])
 
 
 def _within_turns(system: RestSystem, position: Sequence[Mpf]) -> tuple[Mpf, ...]:
