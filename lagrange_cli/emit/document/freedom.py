@@ -14,6 +14,7 @@ from lagrange_cli.emit.phrases.equations import (
     telling_definitions,
 )
 from lagrange_cli.emit.phrases.families import account_lines, coordinates_by_ranges
+from lagrange_cli.emit.statements import statement_of
 from lagrange_cli.emit.steps.sections import (
     Block,
     Bullets,
@@ -91,8 +92,15 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
 
 
 def _statement(writer: DocumentWriter, text: str, ranges: Sequence[Range]) -> str:
-    """Return an equation as the scene writes it, with the values of its indices."""
-    shown = writer.letters.statement(text)
+    """Return an equation or inequality of the scene, with the values of its indices."""
+    letters = writer.letters
+    statement = statement_of(text, writer.equations, writer.words)
+    if statement is None:
+        shown = letters.words(text)
+    else:
+        signs = {"=": "=", "<=": letters.at_most_sign, ">=": letters.at_least_sign}
+        left, right = letters.formula(statement.left), letters.formula(statement.right)
+        shown = letters.inline(f"{left} {signs[statement.relation]} {right}")
     return f"{shown}, {writer.letters.inline(writer.letters.ranges(ranges))}" if ranges else shown
 
 

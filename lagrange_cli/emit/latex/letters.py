@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.document.letters import DocumentLetters, SceneTextSpelling
+from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.phrases.families import latex_ranges
 from lagrange_cli.latex_allowlist import with_formulas
 from lagrange_cli.notation.latex import LatexPrinter, latex_number
@@ -96,26 +95,6 @@ class MacroPrinter(LatexPrinter):
         return self._macros.name(name, order, latex)
 
 
-def scene_text_latex(
-    text: str,
-    names: Mapping[str, str] = MappingProxyType({}),
-    printer: LatexPrinter | None = None,
-) -> str:
-    """Write an equation or expression of the scene language in math mode, other text as it is.
-
-    ``names``: LaTeX of names that do not print as their letters.
-    """
-    spelling = SceneTextSpelling(
-        printer or LatexPrinter(),
-        over="/",
-        at_least=r"\ge",
-        at_most=r"\le",
-        operator=r"\operatorname{{{}}}",
-    )
-    written = spelling.formula(text, names)
-    return rf"\texttt{{{latex_text(text)}}}" if written is None else f"${written}$"
-
-
 _UNIT = re.compile(
     r"(?P<space>[\s*·.]+)|(?P<power>\^(?:\((?P<grouped>[+-]?\d+)\)|(?P<exponent>[+-]?\d+)))"
     r"|(?P<over>/)|(?P<word>[A-Za-zµμΩ°%]+)|(?P<one>1)|(?P<paren>[()])"
@@ -164,14 +143,13 @@ class LatexLetters(DocumentLetters):
     dot_product = r" \cdot "
     virtual_work = r"\delta W"
     comma = r",\quad "
+    at_least_sign = r"\ge"
     at_most_sign = r"\le"
     imaginary = r"\mathrm{i}"
 
     def __init__(self, equations: Equations, macros: Macros | None = None) -> None:
         super().__init__(equations)
         self._printer = LatexPrinter() if macros is None else MacroPrinter(macros)
-        # Macros know by themselves what the scene says.
-        self._names = self.written if macros is None else {}
 
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
         return self._printer.name(name, order, latex or self.override(name))
@@ -260,9 +238,6 @@ class LatexLetters(DocumentLetters):
 
     def prose(self, text: str) -> str:
         return with_formulas(text, self.words, self.inline)
-
-    def statement(self, text: str) -> str:
-        return scene_text_latex(text, self._names, self._printer)
 
     def unit(self, text: str) -> str:
         return unit_latex(text)

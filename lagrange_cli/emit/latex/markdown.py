@@ -44,14 +44,8 @@ class MarkdownLetters(LatexLetters):
     def typed(self, text: str) -> str:
         return f"`{text}`"
 
-    def statement(self, text: str) -> str:
-        return self._formula_or_words(super().statement(text), text)
-
     def unit(self, text: str) -> str:
-        return self._formula_or_words(super().unit(text), text)
-
-    def _formula_or_words(self, written: str, text: str) -> str:
-        """Return the LaTeX of a formula, or escaped text where the text is no formula."""
+        written = super().unit(text)
         return written if written.startswith("$") else self.words(text)
 
 

@@ -21,7 +21,7 @@ from lagrange_cli.emit.phrases.families import (
     sizes_line,
     text_ranges,
 )
-from lagrange_cli.emit.text.statements import statement_pieces
+from lagrange_cli.emit.statements import statement_of
 from lagrange_cli.emit.text.writer import (
     TextWriter,
     equation_pieces,
@@ -105,12 +105,8 @@ def constraints(writer: TextWriter) -> Iterator[Row]:
         pieces: list[Piece] = []
         for (text, ranges), end in zip(equations, ends, strict=True):
             mark = "," if ranges else end
-            statement = statement_pieces(text, writer)
-            if statement is None:
-                pieces += equation_pieces(escape_controls(text) + mark)
-            else:
-                first, *others = suffixed(statement, mark, len(mark))
-                pieces += [replace(first, separator=" ", width=first.width + 1), *others]
+            first, *others = suffixed(_statement(writer, text), mark, len(mark))
+            pieces += [replace(first, separator=" ", width=first.width + 1), *others]
             if ranges:
                 span = writer.range_piece(ranges)
                 pieces.append(replace(span, lead="  ", text=span.text + end))
@@ -122,6 +118,24 @@ def constraints(writer: TextWriter) -> Iterator[Row]:
     width = max((len(name) for name, _ in rows), default=0)
     for name, shown in rows:
         yield Row(f"  {name}", " " * (width - len(name) + 3), shown, "name")
+
+
+def _statement(writer: TextWriter, text: str) -> list[Piece]:
+    """Return an equation or inequality of the scene as a formula; in ASCII as it is written."""
+    equations, printer = writer.equations, writer.printer
+    is_ascii = isinstance(printer, ScenePrinter)
+    statement = None if is_ascii else statement_of(text, equations, writer.words)
+    if statement is None:
+        return list(equation_pieces(escape_controls(text)))
+    left, right = printer.pieces(statement.left), printer.pieces(statement.right)
+    sign = _SIGNS[statement.relation]
+    head = replace(
+        right[0], separator=f" {sign} ", lead=f"  {sign} ", width=right[0].width + 3, depth=0
+    )
+    return [*left, head, *right[1:]]
+
+
+_SIGNS = {"=": "=", "<=": "≤", ">=": "≥"}
 
 
 def coordinates(writer: TextWriter, positions: Sequence[CartesianName]) -> Block:

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.contents import Content, asked_content
-from lagrange_cli.emit.document.letters import DocumentLetters, SceneTextSpelling
+from lagrange_cli.emit.document.letters import DocumentLetters
 from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.phrases.families import typst_ranges
 from lagrange_cli.emit.phrases.language import language
@@ -17,7 +17,6 @@ from lagrange_cli.notation.layout import width
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.typst import (
     TypstPrinter,
-    balanced,
     typst_name,
     typst_number,
     typst_prose,
@@ -35,10 +34,6 @@ if TYPE_CHECKING:
 
 _PRINTER = TypstPrinter()
 
-_STATEMENTS = SceneTextSpelling(
-    _PRINTER, over=r"\/", at_least=">=", at_most="<=", operator='op("{}")'
-)
-
 
 class TypstLetters(DocumentLetters):
     """Letters of mathematics in Typst."""
@@ -46,6 +41,7 @@ class TypstLetters(DocumentLetters):
     dot_product = " dot.op "
     virtual_work = "delta W"
     comma = ", quad "
+    at_least_sign = ">="
     at_most_sign = "<="
     imaginary = "upright(i)"
 
@@ -131,10 +127,6 @@ class TypstLetters(DocumentLetters):
 
     def prose(self, text: str) -> str:
         return typst_prose(text)
-
-    def statement(self, text: str) -> str:
-        written = _STATEMENTS.formula(text, self.written)
-        return self.words(text) if written is None else self.inline(*balanced([written]))
 
     def unit(self, text: str) -> str:
         return self.inline(typst_unit(text)) if text.strip() else ""
