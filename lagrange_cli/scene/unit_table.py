@@ -157,6 +157,14 @@ _MOST_TOKENS = 100
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPT = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
+#: Most characters of a number with its unit.
+_LONGEST_VALUE = 100
+#: A number before a unit, and an exponent without its sign, as in ``m/s2``.
+_VALUE_AND_UNIT = re.compile(
+    r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![eE][-+\d])([^\W\d].*)"
+)
+_BARE_EXPONENT = re.compile(r"(?<=[^\W\d])(?=-?\d)")
+
 #: A number, a name, or a sign; blanks multiply.
 _TOKEN = re.compile(r"\s*(?:(\d+)|([^\W\d]\w*|°)|(\*\*|[-*/^()·]))\s*")
 
@@ -229,6 +237,22 @@ def unit_powers(text: str) -> Powers:
     if reader.tokens:
         raise UnknownUnitError
     return {key: power for key, power in powers.items() if power}
+
+
+def value_and_unit(text: str) -> tuple[str, str] | None:
+    """Split ``9.81 m/s2`` into ``9.81`` and ``m/s^2``; None if it is no number with a unit.
+
+    Degrees are none: their numbers differ from those of radians, which expressions take.
+    """
+    match = _VALUE_AND_UNIT.fullmatch(text.strip())
+    if match is None or len(text) > _LONGEST_VALUE:
+        return None
+    unit = _BARE_EXPONENT.sub("^", match[2])
+    try:
+        powers = unit_powers(unit)
+    except UnknownUnitError:
+        return None
+    return (match[1], unit) if not powers or any(base in powers for base in BASES) else None
 
 
 class _Reader:

@@ -24,7 +24,7 @@ from lagrange_cli.scene.language.expression import (
     names_in,
     walk,
 )
-from lagrange_cli.scene.language.problems import Problems, shown, suggestion
+from lagrange_cli.scene.language.problems import Problems, rate_hint, shown, suggestion
 from lagrange_cli.scene.model import Force, Scene
 
 _CONSTANT = ExpressionTraits(constant=True)
@@ -160,7 +160,9 @@ def _suggestion(name: str, table: NameTable) -> str:
         otherwise = f"declare it in 'parameters' or 'definitions', or write coordinates: [{name}]"
     if name == "e":
         otherwise = "for the exponential function write exp(...)"
-    return suggestion(name, table.known(), otherwise)
+    known = table.known()
+    moving = [term for term in known if term not in ("t", "pi", *table.parameters)]
+    return rate_hint(name, moving) or suggestion(name, known, otherwise)
 
 
 def _check_values(scene: Scene, table: NameTable, problems: Problems) -> None:
@@ -187,7 +189,8 @@ def _check_value(value: InitialValue, what: str, table: NameTable, problems: Pro
         problems.add(
             f"unknown name {shown(value.name)} in {what}",
             value.mark,
-            hint=suggestion(value.name, positions, "expected NAME or dot(NAME)"),
+            hint=rate_hint(value.name, positions)
+            or suggestion(value.name, positions, "expected NAME or dot(NAME)"),
             rule="unknown-name",
         )
 

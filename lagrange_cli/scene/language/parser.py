@@ -28,6 +28,8 @@ from lagrange_cli.scene.language.tokens import (
     Token,
     in_radians,
     number_value,
+    operand_from,
+    operand_to,
 )
 
 #: Deepest nesting of an expression.
@@ -139,9 +141,8 @@ class _Parser:
             self.position += 1
             self._open(following, token)
         elif token.text in FUNCTIONS or token.text == SUM:
-            raise ExpressionError(
-                f"'{token.text}' is a function", token.span, f"write {token.text}(...)"
-            )
+            hint = f"write {self._call_meant(token)}"
+            raise ExpressionError(f"'{token.text}' is a function", token.span, hint)
         elif following.text == "[":
             if token.text in RESERVED:
                 raise ExpressionError(f"'{token.text}' has no index", token.span)
@@ -264,8 +265,9 @@ class _Parser:
         span = (before.start, token.end)
         hint = ""
         if token.kind == "name" or token.text == "(":
-            second = "(...)" if token.text == "(" else token.text[:20]
-            hint = f"for a product write {before.text[-20:]}*{second}"
+            first = operand_to(self.tokens, self.position - 2)
+            second = operand_from(self.tokens, self.position - 1)
+            hint = f"for a product write {first}*{second}"
         if before.kind == "number" and token.text in _DEGREES:
             hint = in_radians(before.text)
         elif (before.kind, token.kind) == ("number", "name") and before.end < token.start:
@@ -275,15 +277,30 @@ class _Parser:
             f"expected an operator between {shown(before.text)} and {shown(token.text)}", span, hint
         )
 
+    def _call_meant(self, function: Token) -> str:
+        """Write the call that ``sin x``, ``sin^2 x`` or ``sin^2(x)`` is meant for."""
+        following, power = self.position, ""
+        caret, exponent = self.tokens[following].text, self.tokens[following + 1 : following + 2]
+        if caret == "^" and exponent[0].kind == "number":
+            following, power = following + 2, f"^{exponent[0].text}"
+        argument = operand_from(self.tokens, following)
+        if not argument:
+            return f"{function.text}(...)"
+        bracketed = argument if argument.startswith("(") else f"({argument})"
+        return f"{function.text}{bracketed}{power}"
+
     def _require_function(self, token: Token) -> None:
         name = token.text
         if name in FUNCTIONS or name == SUM or own_function(name) in self.functions:
             return
         known = [*FUNCTIONS, *self.functions]
+        product = (
+            f"for a product write {token.text[:40]}*{operand_from(self.tokens, self.position)}"
+        )
         raise ExpressionError(
             f"unknown function {shown(token.text)}",
             token.span,
-            suggestion(token.text, known, f"for a product write {token.text[:40]}*(...)"),
+            suggestion(token.text, known, product),
             rule="unknown-function",
         )
 

@@ -19,8 +19,13 @@ _MAX_COLLECTED = 100
 _INDICES = re.compile(r"\[[-\d,]*\]")
 #: Characters beyond which a text is cut in messages.
 _MAX_SHOWN = 40
-#: Endings by which other languages name rates.
-_RATES = ("_dot", "dot", "'")
+#: Beginnings and endings by which others name rates, and what stands for them here.
+_RATES = (
+    *(("dot", "", ending) for ending in ("_dot", "dot", "'", "_prime", "prime", "_t")),
+    *(("dot", beginning, "") for beginning in ("d_", "d", "v_", "v")),
+    *(("ddot", "", ending) for ending in ("_ddot", "ddot", "_dotdot", "dotdot", "_tt")),
+    *(("ddot", beginning, "") for beginning in ("dd_", "dd", "d2_", "d2", "a_")),
+)
 
 #: Most known names among which a similar one is sought.
 _MAX_CANDIDATES = 1000
@@ -38,14 +43,22 @@ def suggestion(name: str, known: Collection[str], otherwise: str = "") -> str:
     """
     if len(name) > _MAX_SHOWN or len(known) > _MAX_CANDIDATES:
         return otherwise
-    for ending in _RATES:
-        stem = name.removesuffix(ending)
-        if stem != name and stem in known:
-            return f"the rate of '{stem}' is dot({stem})"
     for candidate in known:
         if candidate.lower() == name.lower():
             return f"did you mean '{candidate}'?"
     return nearest(name, known) or otherwise
+
+
+def rate_hint(name: str, positions: Collection[str]) -> str:
+    """Return the rate of a position that an unknown name is meant for, or ``""``."""
+    if name == "dt":
+        return "a rate is written dot(NAME)"
+    for function, beginning, ending in _RATES:
+        stem = name.removeprefix(beginning).removesuffix(ending)
+        if len(stem) == len(name) - len(beginning + ending) and stem in positions:
+            kind = "rate" if function == "dot" else "second derivative"
+            return f"write {function}({stem}) for the {kind} of '{stem}'"
+    return ""
 
 
 class Problems:

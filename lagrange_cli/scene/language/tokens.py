@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
@@ -14,6 +15,8 @@ from lagrange_cli.scene.language.expression import Span
 MAX_EXPONENT = 400
 #: Most digits of a literal.
 MAX_DIGITS = 1000
+#: Most characters of an operand that a hint repeats.
+_MOST_WRITTEN = 20
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -143,6 +146,44 @@ def _instead_of(character: str, before: Token | None) -> str:
 def in_radians(degrees: str) -> str:
     """Return the hint to write an angle in degrees as one in radians."""
     return f"angles are in radians: write {degrees}*pi/180"
+
+
+def operand_from(tokens: Sequence[Token], first: int) -> str:
+    """Write the operand that begins at a token, ``""`` if none does."""
+    token = tokens[first]
+    if token.kind not in ("name", "number") and token.text != "(":
+        return ""
+    called = token.kind == "name" and tokens[first + 1].text in ("(", "[")
+    return _written(tokens, first, _partner(tokens, first + 1 if called else first))
+
+
+def operand_to(tokens: Sequence[Token], last: int) -> str:
+    """Write the operand that ends with a token."""
+    first = _partner(tokens, last)
+    called = first < last and first > 0 and tokens[first - 1].kind == "name"
+    return _written(tokens, first - 1 if called else first, last)
+
+
+def _partner(tokens: Sequence[Token], place: int) -> int:
+    """Find the bracket that belongs to one; the place itself if it is none, or has no partner."""
+    step = -1 if tokens[place].text in (")", "]") else 1
+    depth, reached = 0, place
+    while 0 <= reached < len(tokens):
+        depth += (tokens[reached].text in ("(", "[")) - (tokens[reached].text in (")", "]"))
+        if depth == 0:
+            return reached
+        reached += step
+    return place
+
+
+def _written(tokens: Sequence[Token], first: int, last: int) -> str:
+    """Write an operand; brackets that are long, or never closed, hold three dots."""
+    text = "".join(token.text for token in tokens[first : last + 1])
+    if tokens[last].text not in ("(", "[", ")", "]"):
+        return text[:_MOST_WRITTEN]
+    whole = tokens[last].text in (")", "]") and len(text) <= _MOST_WRITTEN
+    name = tokens[first].text if tokens[first].kind == "name" else ""
+    return text if whole else f"{name[:_MOST_WRITTEN]}(...)"
 
 
 def number_value(token: Token) -> Fraction:

@@ -28,6 +28,7 @@ from lagrange_cli.scene.model import (
 from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.overrides import given_size
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.unit_table import value_and_unit
 
 AXES = ("x", "y", "z")
 
@@ -69,9 +70,12 @@ def read_parameters(node: SourceNode, reading: Reading) -> tuple[DeclaredParamet
 def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParameter:
     what = f"parameter '{key.text}'"
     if not isinstance(node, Mapping):
-        return DeclaredParameter(key.text, key.mark, reading.expression(node, what))
+        number = _number(node, what, key.text + ": {{value: {}, unit: {}}}", reading)
+        return DeclaredParameter(key.text, key.mark, number)
     fields = reading.fields(node, what, ("value", "unit", "positive", "description", "latex"))
-    value = reading.expression(fields["value"], what) if "value" in fields else None
+    value = None
+    if "value" in fields:
+        value = _number(fields["value"], what, "value: {} and unit: {}", reading)
     return DeclaredParameter(
         key.text,
         key.mark,
@@ -81,6 +85,20 @@ def _parameter(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredParam
         _description(fields, what, reading),
         read_latex(fields, what, reading),
     )
+
+
+def _number(node: SourceNode, what: str, form: str, reading: Reading) -> Expression | None:
+    """Read the value of a parameter; ``form`` says how it is written with a unit."""
+    if not isinstance(node, Scalar) or (parts := value_and_unit(node.text)) is None:
+        return reading.expression(node, what)
+    product = f", for a product {'*'.join(parts)}" if parts[1].isidentifier() else ""
+    reading.problems.add(
+        f"{shown(node.text)} is a number with a unit",
+        node.mark,
+        hint=f"write {form.format(*parts)}{product}",
+        rule="syntax",
+    )
+    return None
 
 
 def _positive(fields: dict[str, SourceNode], what: str, reading: Reading) -> bool:
