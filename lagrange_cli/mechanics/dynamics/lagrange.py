@@ -32,6 +32,7 @@ from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.identities import Weights
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.rate_sums import RateSum, rate_sums
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.algebra.substitution import Element
 from lagrange_cli.mechanics.contacts.gaps import contacts
@@ -85,6 +86,8 @@ class Uncertified:
         One-sided constraints, whose multipliers enter in the same way while they touch.
     sums
         Sums in brackets, each as its terms in the order of the scene.
+    rate_sums
+        Sums of a velocity and what drives it, as ``φ̇ + ω``.
     """
 
     reduced: Reduced
@@ -100,6 +103,7 @@ class Uncertified:
     closures: tuple[Closure, ...] = ()
     contacts: tuple[Contact, ...] = ()
     sums: tuple[tuple[sp.Expr, ...], ...] = ()
+    rate_sums: tuple[RateSum, ...] = ()
 
     @property
     def pushing(self) -> tuple[Closure, ...]:
@@ -156,6 +160,7 @@ class _Builder:
             lambda e: reduced.resolve(reduced.names.convert(e, reduced.rate)),
         )
         self.brackets = [sp.Add(*terms) for terms in self.sums]
+        self.rate_sums = rate_sums(self.brackets, dict(zip(self.q, self.v, strict=True)), self.t)
         self.mass: dict[tuple[int, int], TermSum] = {}
         self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
         self.terms = raw_terms(reduced)
@@ -199,7 +204,13 @@ class _Builder:
             tuple(ExpressionRow(self.n, row) for row in _full(self.n, inertia)),
             tuple(tuple(f.collected()) for f in self.forcing),
             ShownEnergies(
-                self.reduced, self.terms, velocity, inertia, self.splitter, self.brackets
+                self.reduced,
+                self.terms,
+                velocity,
+                inertia,
+                self.splitter,
+                self.brackets,
+                self.rate_sums,
             ),
             extra,
             dissipation,
@@ -209,6 +220,7 @@ class _Builder:
             closure_equations,
             contacts(self.reduced, gaps),
             self.sums,
+            self.rate_sums,
         )
 
     def _inertia(self, j: int, k: int) -> TermSum:

@@ -12,6 +12,7 @@ from lagrange_cli.mechanics.algebra.collect import Splitter, collected_terms
 from lagrange_cli.mechanics.algebra.energies import shortest_energy
 from lagrange_cli.mechanics.algebra.factor import grouped_sum, tidy
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.rate_sums import RateSum, over_rate_sums
 from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Template
 from lagrange_cli.mechanics.dynamics.potential_forces import RawTerms
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
@@ -35,6 +36,8 @@ class ShownEnergies:
         Splits terms, and knows the masses and the order in which factors appeared.
     brackets
         Sums that stay as they are, since the scene wrote them.
+    rate_sums
+        Sums of a velocity and what drives it, over which T of particles is written if shorter.
     """
 
     def __init__(
@@ -45,10 +48,12 @@ class ShownEnergies:
         mass: Mapping[tuple[int, int], sp.Expr],
         splitter: Splitter,
         brackets: Sequence[sp.Expr],
+        rate_sums: Sequence[RateSum],
     ) -> None:
         self._reduced, self._terms = reduced, terms
         self._velocity, self._mass = velocity, mass
-        self._splitter, self._brackets = splitter, brackets
+        self._splitter, self._rate_sums = splitter, rate_sums
+        self._brackets = list(dict.fromkeys((*brackets, *(rate.whole for rate in rate_sums))))
         self._v = [c.v for c in reduced.coordinates]
         #: Tidied potentials by their shapes; None for those that stay as they are.
         self._tidy: dict[Shape, Template | None] = {}
@@ -85,8 +90,7 @@ class ShownEnergies:
         if sum(term_count(e) for e in squares) <= _TERM_BUDGET:
             collected = [collected_terms(expand_terms(e, _TERM_BUDGET) or ()) for e in squares]
             particles = [
-                m * grouped_sum(c, self._v) / 2
-                for m, c in zip(reduced.masses, collected, strict=True)
+                m * self._grouped(c) / 2 for m, c in zip(reduced.masses, collected, strict=True)
             ]
             size = sum(map(len, collected))
         quadratic = scleronomic and not (self._terms.kinetic or self._terms.velocity_dependent)
@@ -95,6 +99,13 @@ class ShownEnergies:
         if particles is None:
             particles = [m * e / 2 for m, e in zip(reduced.masses, squares, strict=True)]
         return particles
+
+    def _grouped(self, terms: Sequence[sp.Expr]) -> sp.Expr:
+        """Sum of terms by velocities, or by their sums with what drives them."""
+        shown, sums = over_rate_sums(terms, self._rate_sums)
+        symbols = {rate.velocity: symbol for symbol, rate in sums.items()}
+        whole = grouped_sum(shown, [symbols.get(v, v) for v in self._v])
+        return whole.xreplace({symbol: rate.whole for symbol, rate in sums.items()})
 
     def _quadratic_form(self) -> list[sp.Expr]:
         """Terms of ½ Σ M q̇ q̇."""

@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.algebra.factor import (
 )
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
+from lagrange_cli.mechanics.algebra.rate_sums import RateSum, over_rate_sums
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient, shortest_groups
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import ShownEquation
@@ -77,6 +78,8 @@ class RowSystem:
         Symbols whose terms stay as they are.
     named
         Expressions that have a name in the scene.
+    rate_sums
+        Sums of a velocity and what drives it, as ``φ̇ + ω``.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -87,6 +90,7 @@ class RowSystem:
     sums: Sequence[tuple[sp.Expr, ...]] = ()
     apart: frozenset[sp.Symbol] = frozenset()
     named: Sequence[sp.Expr] = ()
+    rate_sums: Sequence[RateSum] = ()
 
 
 def shown_equations(
@@ -115,6 +119,7 @@ def shown_equations(
         derivation.pushing,
         derivation.sums,
         named=[derivation.reduced.convert(e) for _, e in names.abbreviations()],
+        rate_sums=derivation.rate_sums,
     )
     rows = _Rows(system, frozenset(decimals))
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
@@ -220,22 +225,38 @@ class _Rows:
             return shortest_coefficient(whole, constants, self.lengths) if is_short else whole
 
         terms = [(coefficient(e), coordinates[k].a) for k, e in inertia.items()]
-        present = {s for term in forces for s in term.free_symbols if s in self.order}
-        for monomial, cofactors in group_by_velocities(
-            forces, sorted(present, key=self.order.__getitem__)
-        ):
-            if monomial != 1:
-                terms.append((coefficient(factored(cofactors)), monomial))
-            else:
-                fixed = present | self.system.apart
-                moving = [c for c in cofactors if c.free_symbols & fixed]
-                free = [c for c in cofactors if not c.free_symbols & fixed]
-                terms.extend((c, sp.Integer(1)) for c in moving)
-                terms.extend(
-                    (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
-                )
+        forces, sums = over_rate_sums(forces, self.system.rate_sums)
+        order = self.order | {w: self.order[rate.velocity] for w, rate in sums.items()}
+        present = {s for term in forces for s in term.free_symbols if s in order}
+        grouped = group_by_velocities(forces, sorted(present, key=order.__getitem__))
+        wholes = {symbol: rate.whole for symbol, rate in sums.items()}
+        moving = [(coefficient(factored(c)), m.xreplace(wholes)) for m, c in grouped if m != 1]
+        terms += self._linear_together(moving)
+        for cofactors in (c for m, c in grouped if m == 1):
+            fixed = present | self.system.apart
+            terms.extend((c, sp.Integer(1)) for c in cofactors if c.free_symbols & fixed)
+            free = [c for c in cofactors if not c.free_symbols & fixed]
+            terms.extend(
+                (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
+            )
         terms.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
         return [(c, f) for c, f in terms if c != 0]
+
+    def _linear_together(
+        self, terms: Sequence[tuple[sp.Expr, sp.Expr]]
+    ) -> list[tuple[sp.Expr, sp.Expr]]:
+        """Put velocities with constant coefficients together if that is shorter: b (ẋ1 - ẋ2)."""
+        linear = [(c, f) for c, f in terms if f in self.order and symbols_in(c) <= self.parameters]
+        alone = [c * v for c, v in linear]
+        products = shortest_groups(alone, self.parameters)
+        if len(products) >= len(alone):
+            return list(terms)
+        together = []
+        for product in products:
+            moving = [f for f in sp.Mul.make_args(product) if symbols_in(f) & self.order.keys()]
+            factor = sp.Mul(*moving)
+            together.append((product / factor, factor))
+        return [*(pair for pair in terms if pair not in linear), *together]
 
     def regrouped(
         self, groups: Sequence[tuple[sp.Expr, sp.Expr]], roots: sp.Expr
