@@ -38,8 +38,8 @@ def rate_sums(
     moving = frozenset(rates) | frozenset(rates.values())
     gathered: dict[RateSum, None] = {}
     for whole in sums:
-        held = symbols_in(whole) & moving
-        (symbol,) = held if len(held) == 1 else (None,)
+        present = symbols_in(whole) & moving
+        (symbol,) = present if len(present) == 1 else (None,)
         if symbol is None or symbol not in whole.args:
             continue
         driving = whole - symbol
