@@ -395,9 +395,8 @@ def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
     """
     reduced = derivation.reduced
     velocities = frozenset(c.v for c in reduced.coordinates)
-    moving, left_out = moving_part(
-        derivation.lagrangian, velocities | {c.q for c in reduced.coordinates}
-    )
+    coordinates = frozenset(c.q for c in reduced.coordinates)
+    moving, left_out = moving_part(derivation.lagrangian, coordinates, velocities)
     if 0 in (moving, left_out):
         return None
     time = {reduced.names.t, *reduced.names.inputs.values()}

@@ -175,12 +175,16 @@ def parts_by_degree(
     return sp.Add(*parts[2]), sp.Add(*parts[1]), sp.Add(*parts[0])
 
 
-def moving_part(energy: sp.Expr, moving: Collection[sp.Symbol]) -> tuple[sp.Expr, sp.Expr]:
-    """Split an energy into the terms that hold one of some symbols, and the others.
+def moving_part(
+    energy: sp.Expr, coordinates: Collection[sp.Symbol], velocities: Collection[sp.Symbol]
+) -> tuple[sp.Expr, sp.Expr]:
+    """Split an energy into the terms that hold a coordinate or a velocity, and the others.
 
     A sum that is the one factor of a term that holds them is split too:
     ``m g (A cos(Ω t) - l cos θ)`` into ``-m g l cos θ`` and ``m g A cos(Ω t)``. Powers are not.
+    With velocities it stays otherwise as it is, so that it is that of T.
     """
+    moving = {*coordinates, *velocities}
     moving_terms, others = [], []
     for term in sp.Add.make_args(energy):
         factors = sp.Mul.make_args(term)
@@ -189,8 +193,9 @@ def moving_part(energy: sp.Expr, moving: Collection[sp.Symbol]) -> tuple[sp.Expr
         if not moving_factors:
             others.append(term)
         elif len(moving_factors) == 1 and inner.is_Add:
-            inner, still = moving_part(inner, moving)
-            inner = _in_front_of(inner, moving)
+            inner, still = moving_part(inner, coordinates, velocities)
+            is_still = symbols_in(inner).isdisjoint(velocities)
+            inner = _in_front_of(inner, coordinates) if is_still else inner
         if still == 0:
             moving_terms += [term] if moving_factors else []
             continue
