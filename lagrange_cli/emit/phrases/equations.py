@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
+from lagrange_cli.mechanics.algebra.shorten import divided_termwise
 from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.notation.symbols import multiplier_name
 from lagrange_cli.notation.vocabulary import MOST_OPERATIONS, latex_overrides
@@ -247,10 +249,11 @@ def implied_line(equations: Equations, say: Language = ENGLISH) -> str:
 
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
-    """Return the Cartesian names that are neither 0 nor a coordinate of that name."""
+    """Return Cartesian names, as they print, that are neither 0 nor a coordinate of that name."""
     q = {c.name: c.q for c in equations.system.coordinates}
+    constants = [p.symbol for p in equations.system.parameters]
     return [
-        c
+        replace(c, position=divided_termwise(c.position, constants))
         for c in equations.system.cartesian_names
         if c.position != 0 and q.get(c.name) != c.position
     ]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.emit.phrases.equations import telling_definitions
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.emit.steps.writer import StepsWriter, displacement, is_own_coordinate
 from lagrange_cli.mechanics.step_values import rate_symbol
@@ -47,7 +48,7 @@ def _determined(writer: StepsWriter) -> list[CartesianName]:
     placed = {part.name for body in writer.steps.bodies for part in body.components}
     return [
         c
-        for c in writer.equations.system.cartesian_names
+        for c in telling_definitions(writer.equations)
         if c.name not in placed and rate_symbol(c.name) in rates
     ]
 

@@ -15,6 +15,7 @@ from lagrange_cli.mechanics.algebra.polynomials import (
     factored_form,
     term_count,
 )
+from lagrange_cli.mechanics.algebra.printed_length import printed_length
 
 # Budgets that keep the search for a short form quick; beyond them an expression
 # stays as it is. None is tuned.
@@ -63,6 +64,28 @@ def _cancelled(numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
 def _rooted(expr: sp.Expr) -> bool:
     """Say whether there are powers that polynomials do not have."""
     return any(not p.exp.is_Integer for p in expr.atoms(sp.Pow))
+
+
+def divided_termwise(expr: sp.Expr, constants: Collection[sp.Symbol]) -> sp.Expr:
+    """Write ``(a φ0 + (R + a) (θ - θ0))/a`` as ``φ0 + (1 + R/a) (θ - θ0)``.
+
+    Only a sum over parameters is divided, and only where that is shorter in print.
+    """
+    numerator, denominator = sp.fraction(expr)
+    if not numerator.is_Add or not denominator.free_symbols <= {*constants}:
+        return expr
+    divided = sp.Add(*(_divided(term, denominator) for term in numerator.args))
+    return divided if printed_length(divided) < printed_length(expr) else expr
+
+
+def _divided(term: sp.Expr, divisor: sp.Expr) -> sp.Expr:
+    """Divide a product, within the sum among its factors that holds the divisor as a term."""
+    factors = sp.Mul.make_args(term)
+    holding = [f for f in factors if f.is_Add and divisor in f.args]
+    if not holding:
+        return term / divisor
+    inner = sp.Add(*(part / divisor for part in holding[0].args))
+    return sp.Mul(*(inner if f is holding[0] else f for f in factors))
 
 
 def length_factor(components: tuple[sp.Expr, ...]) -> sp.Expr | None:
