@@ -54,7 +54,7 @@ class LagrangianSlopes:
     def __init__(self, equations: Equations, tape: Tape, state: State) -> None:
         series = [along(equations, state)[s] for s in lagrangian_symbols(equations)]
         run = tape.run(series, 1)
-        gradient = run.gradient({0: (_ONE, _ZERO, _ZERO)})
+        gradient = run.moving_gradient()
         n = len(equations.system.coordinates)
         self.value = run.values[0]
         self.slopes = [x[0] for x in gradient[1 : 1 + n]]

@@ -362,7 +362,7 @@ class _Comparison:
         yield energy, sum(work, -seen.value), size + abs(energy)
         if self.coupled:
             return
-        gradient = [x[0] for x in run.gradient({0: (_ONE, _ZERO, _ZERO)})]
+        gradient = run.gradient({0: _ONE})
         for c, slope in zip(self.equations.system.coordinates, gradient[1 + n :], strict=False):
             yield slope, state[c.v], abs(slope) + abs(state[c.v])
         for rise, slope in zip(gradient[1:], seen.slopes, strict=False):

@@ -25,6 +25,7 @@ import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from decimal import Decimal
 
 import mpmath
 import sympy as sp
@@ -32,19 +33,25 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
-from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.certify.contacts import DecimalRow
+from lagrange_cli.mechanics.certify.routes import DecimalValues, Observation, Tapes
 from lagrange_cli.mechanics.diagnosis.errors import nesting_error
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import Certificate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
-from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
+from lagrange_cli.mechanics.numerics.elementary import (
+    in_decimals,
+    numbers_as_decimals,
+    to_decimal,
+    to_mpf,
+)
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
 from lagrange_cli.mechanics.system import Closure
 from lagrange_cli.scene.model import Scene
 from lagrange_cli.stages import announce
 
-_ZERO = mpf(0)
+_ZERO, _NONE = mpf(0), Decimal(0)
 
 #: Doubles that have all their digits.
 _RANGE = mpf(2) ** -1022, mpf(2) ** 1023
@@ -53,7 +60,7 @@ _RANGE = mpf(2) ** -1022, mpf(2) ** 1023
 _DRAWS = 60
 
 #: Relative change with more digits up to which a number counts as nonzero, not as rounding.
-_AGREEMENT = mpf(10) ** -3
+_AGREEMENT = Decimal("1e-3")
 #: Additional digits of that second evaluation.
 _MORE_DIGITS = 30
 
@@ -291,7 +298,7 @@ def _points(
 def _look(
     tapes: Tapes,
     closures: ClosureCheck,
-    point: SymbolValues,
+    state: SymbolValues,
     known: Sequence[bool],
     *,
     thorough: bool,
@@ -308,20 +315,35 @@ def _look(
     least
         Difference up to which two numbers are the same.
     """
+    with in_decimals():
+        point = numbers_as_decimals(state)
+        return _compared(tapes, closures, point, known, thorough, to_decimal(least))
+
+
+def _compared(
+    tapes: Tapes,
+    closures: ClosureCheck,
+    point: DecimalValues,
+    known: Sequence[bool],
+    thorough: bool,
+    least: Decimal,
+) -> Look:
+    """Compare as :func:`_look` does, in decimals."""
     n = tapes.n
     mass, forcing = tapes.derived_parts(point)
     seen = tapes.observe(point)
     newton = tapes.newton(seen.series, seen.forces)
     momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
     constraint = closures.forces(point)
-    mismatch = _ZERO
+    mismatch = _NONE
     residuals = []
     for j in range(n):
         inertia = [x * point[tapes.a[k]] for k, x in mass[j].items() if x]
         ours = sum(inertia, -forcing[j])
         lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
-        residuals.append((ours - sum(constraint[j]), sum(map(abs, constraint[j]), scale)))
+        size = sum(map(abs, constraint[j]), scale)
+        residuals.append((to_mpf(ours - sum(constraint[j])), to_mpf(size)))
         scale += newton[j][1]
         difference = max(abs(ours - newton[j][0]), abs(ours - lagrange))
         mismatch = max(mismatch, difference / scale if scale else difference)
@@ -334,12 +356,13 @@ def _look(
             mismatch, closures.newton_mismatch(seen, mass, forcing, [s for _, s in newton])
         )
     vanishes = _vanishing(tapes, seen, known)
+    energy, terms = tapes.energy_function(seen)
     return Look(
-        mismatch,
+        to_mpf(mismatch),
         _doubles(mass),
         vanishes,
         residuals,
-        tapes.energy_function(seen),
+        (to_mpf(energy), to_mpf(terms)),
         _doubles(closures.gradients(point)),
         _beyond(mass),
     )
@@ -364,16 +387,16 @@ def _looked_at_closely(
         return _look(tapes, closures, point, known, thorough=thorough, least=least)
 
 
-def _beyond(rows: Sequence[SparseRow]) -> tuple[int, mpf] | None:
+def _beyond(rows: Sequence[DecimalRow]) -> tuple[int, mpf] | None:
     """Find the first number on the diagonal that is neither 0 nor a double with all its digits."""
     for j, row in enumerate(rows):
-        size = abs(row.get(j, _ZERO))
+        size = to_mpf(abs(row.get(j, _NONE)))
         if size and not _RANGE[0] <= size <= _RANGE[1]:
             return j, size
     return None
 
 
-def _doubles(rows: Sequence[SparseRow]) -> list[dict[int, float]]:
+def _doubles(rows: Sequence[DecimalRow]) -> list[dict[int, float]]:
     return [{j: to_double(x) for j, x in row.items()} for row in rows]
 
 
@@ -389,7 +412,7 @@ def _vanishing(tapes: Tapes, seen: Observation, known: Sequence[bool]) -> list[b
     if all(map(operator.or_, zero, known)):
         return zero
     more = _MORE_DIGITS + min(max(0, seen.magnitude), CLOSE_DIGITS)
-    with mpmath.workdps(mpmath.mp.dps + more):
+    with mpmath.workdps(mpmath.mp.dps + more), in_decimals():
         second = tapes.delicate(tapes.observe(seen.point, order=0))
     return [
         z or (not k and abs(y - x) > _AGREEMENT * abs(x))

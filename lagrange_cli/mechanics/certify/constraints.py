@@ -9,19 +9,19 @@ admissible displacements.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from decimal import Decimal
 
 import mpmath
 from mpmath import mpf
 
-from lagrange_cli.mechanics.certify.contacts import DerivedClosures, GapCheck, relative
-from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.certify.contacts import DecimalRow, DerivedClosures, GapCheck, relative
+from lagrange_cli.mechanics.certify.routes import DecimalValues, Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
-from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
-from lagrange_cli.mechanics.numerics.rank import SymbolValues
+from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, Tape
+from lagrange_cli.mechanics.numerics.elementary import to_decimal, to_mpf
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 
-_ZERO = mpf(0)
+_ZERO = Decimal(0)
 
 #: Most unknowns of a system that is solved for accelerations and multipliers.
 _LARGE = 32
@@ -46,19 +46,19 @@ class ClosureCheck:
             moved[closure.multiplier] = sampler.noise(mpf(1))
         return moved
 
-    def gradients(self, point: SymbolValues) -> list[SparseRow]:
+    def gradients(self, point: DecimalValues) -> list[DecimalRow]:
         """The derived gradients."""
         return [gradient for _, gradient, _, _ in self.derived.at(point)]
 
-    def forces(self, point: SymbolValues) -> list[list[mpf]]:
+    def forces(self, point: DecimalValues) -> list[list[Decimal]]:
         """List for each coordinate λ·gradient of each closure and gap that holds it."""
-        forces: list[list[mpf]] = [[] for _ in self.tapes.q]
+        forces: list[list[Decimal]] = [[] for _ in self.tapes.q]
         for derived in (self.derived, self.gaps.derived):
             for j, force in derived.forces(point):
                 forces[j].append(force)
         return forces
 
-    def mismatch(self, point: SymbolValues, least: mpf = _ZERO) -> mpf:
+    def mismatch(self, point: DecimalValues, least: Decimal = _ZERO) -> Decimal:
         """Largest relative difference between derived closures and the equations as stated.
 
         Differences up to ``least`` count as zero.
@@ -68,9 +68,9 @@ class ClosureCheck:
             return worst
         v = [point[s] for s in self.tapes.v]
         a = [point[s] for s in self.tapes.a]
-        levels, rates, gradients = self.manifold.motion(point, a)
+        levels, rates, gradients = self.manifold.motion_in_decimals(point, a)
         inputs = [(point[s], _ZERO, _ZERO) for s in self.tapes.moving]
-        run = self._expressions.run(inputs, 0)
+        run = self._expressions.run_in_decimals(inputs, 0)
         for k, (_, gradient, rate, bias) in enumerate(self.derived.at(point)):
             stated = gradients[k]
             size = max(map(abs, stated.values()), default=_ZERO)
@@ -84,7 +84,7 @@ class ClosureCheck:
             worst = max([worst, *(relative(x - y, scale, least) for x, y, scale in pairs)])
         return worst
 
-    def _of_expression(self, run: TapeRun, number: int) -> dict[int, mpf]:
+    def _of_expression(self, run: DecimalRun, number: int) -> dict[int, Decimal]:
         """Gradient of the equation as shown, by positions or by velocities."""
         n = self.tapes.n
         first = 1 if self.closures[number].kind == "position" else 1 + n
@@ -94,10 +94,10 @@ class ClosureCheck:
     def newton_mismatch(
         self,
         seen: Observation,
-        mass: Sequence[SparseRow],
-        forcing: Sequence[mpf],
-        sizes: Sequence[mpf],
-    ) -> mpf:
+        mass: Sequence[DecimalRow],
+        forcing: Sequence[Decimal],
+        sizes: Sequence[Decimal],
+    ) -> Decimal:
         """Relative mismatch of the solved accelerations and multipliers with Newton's law.
 
         ``sizes`` of the parts of Newton's law at the state's own accelerations: those
@@ -111,16 +111,14 @@ class ClosureCheck:
             return _ZERO  # singular here: refused elsewhere, or regular at another state
         a, multipliers = solution[:n], solution[n:]
         point = {**seen.point, **dict(zip(self.tapes.a, a, strict=True))}
-        _, rates, gradients = self.manifold.motion(point, a)
+        _, rates, gradients = self.manifold.motion_in_decimals(point, a)
         worst = _ZERO
         for rate, gradient in zip(rates, gradients, strict=True):
-            drawn = seen.point
-            size = sum(
-                abs(g) * (abs(a[j]) + abs(drawn[self.tapes.a[j]])) for j, g in gradient.items()
-            )
-            worst = max(worst, relative(rate, size))
+            drawn = [seen.point[w] for w in self.tapes.a]
+            parts = [abs(g) * (abs(a[j]) + abs(drawn[j])) for j, g in gradient.items()]
+            worst = max(worst, relative(rate, sum(parts, _ZERO)))
         newton = self.tapes.newton(self.tapes.series(point), seen.forces)
-        pushes: list[list[mpf]] = [[] for _ in newton]
+        pushes: list[list[Decimal]] = [[] for _ in newton]
         for j, force in self.gaps.derived.forces(point):
             pushes[j].append(force)
         for j, (lacking, size) in enumerate(newton):
@@ -131,8 +129,8 @@ class ClosureCheck:
         return worst
 
     def solved(
-        self, point: SymbolValues, mass: Sequence[SparseRow], forcing: Sequence[mpf]
-    ) -> list[mpf] | None:
+        self, point: DecimalValues, mass: Sequence[DecimalRow], forcing: Sequence[Decimal]
+    ) -> list[Decimal] | None:
         """Solve [[M, −Φᵀ], [Φ, 0]] [a; λ] = [f; −bias]; None if that is singular or too large.
 
         Contacts push as the state says.
@@ -142,16 +140,18 @@ class ClosureCheck:
         derived = self.derived.at(point)
         n, m = self.tapes.n, len(derived)
         matrix = mpmath.zeros(n + m)
-        right = mpmath.matrix([*forcing, *(-bias for _, _, _, bias in derived)])
+        pushed = [*forcing, *(-bias for _, _, _, bias in derived)]
         for j, force in self.gaps.derived.forces(point):
-            right[j] += force
+            pushed[j] += force
+        right = mpmath.matrix([to_mpf(x) for x in pushed])
         for i in range(n):
             for j, x in mass[i].items():
-                matrix[i, j] = x
+                matrix[i, j] = to_mpf(x)
         for k, (_, gradient, _, _) in enumerate(derived):
             for i, x in gradient.items():
-                matrix[i, n + k], matrix[n + k, i] = -x, x
+                matrix[n + k, i] = to_mpf(x)
+                matrix[i, n + k] = -matrix[n + k, i]
         try:
-            return list(mpmath.lu_solve(matrix, right))
+            return [to_decimal(x) for x in mpmath.lu_solve(matrix, right)]
         except ZeroDivisionError:
             return None

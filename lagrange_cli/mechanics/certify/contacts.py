@@ -7,28 +7,30 @@ lie where the gap is closed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import decimal
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import Decimal
+from typing import TypeAlias
 
-import mpmath
-from mpmath import mpf
 from sympy import Symbol
 
-from lagrange_cli.mechanics.certify.routes import Tapes
+from lagrange_cli.mechanics.certify.routes import DecimalValues, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.numerics.autodiff import Tape, TapeRun
-from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
-from lagrange_cli.mechanics.numerics.rank import SymbolValues
+from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, Tape
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.system import Closure
 
-_ZERO = mpf(0)
+_ZERO = Decimal(0)
+
+DecimalRow: TypeAlias = Mapping[int, Decimal]
+"""The entries of a row that are not zero, by column."""
 
 #: Reported, expected, and the size of the parts.
-_Triple = tuple[mpf, mpf, mpf]
+_Triple = tuple[Decimal, Decimal, Decimal]
 
 #: Value, gradient, rate and bias of a closure.
-_Derived = tuple[mpf, SparseRow, mpf, mpf]
+_Derived = tuple[Decimal, DecimalRow, Decimal, Decimal]
 
 
 class DerivedClosures:
@@ -44,26 +46,28 @@ class DerivedClosures:
             for e in (c.expression, *row.values(), c.rate, c.bias)
         ]
         self._tape = Tape(parts, moving)
-        #: The last point, the bits carried, and the values there.
-        self._latest: tuple[SymbolValues, int, list[_Derived]] | None = None
+        #: The last point, the digits carried, and the values there.
+        self._latest: tuple[DecimalValues, int, list[_Derived]] | None = None
 
-    def at(self, point: SymbolValues) -> list[_Derived]:
+    def at(self, point: DecimalValues) -> list[_Derived]:
         """Evaluate value, gradient (nonzero entries), rate and bias of each at a state."""
         if not self.closures:
             return []
-        bits = mpmath.mp.prec
-        if self._latest is None or self._latest[0] is not point or self._latest[1] != bits:
+        digits = decimal.getcontext().prec
+        if self._latest is None or self._latest[0] is not point or self._latest[1] != digits:
             pending = iter(
-                self._tape.run([(point[s], _ZERO, _ZERO) for s in self._moving], 0).values
+                self._tape.run_in_decimals(
+                    [(point[s], _ZERO, _ZERO) for s in self._moving], 0
+                ).values
             )
             derived: list[_Derived] = [
                 (next(pending), {j: next(pending) for j in row}, next(pending), next(pending))
                 for row in self._held
             ]
-            self._latest = point, bits, derived
+            self._latest = point, digits, derived
         return self._latest[2]
 
-    def forces(self, point: SymbolValues) -> Iterator[tuple[int, mpf]]:
+    def forces(self, point: DecimalValues) -> Iterator[tuple[int, Decimal]]:
         """Yield for each closure coordinate numbers with λ times the entry of the gradient."""
         for closure, (_, gradient, _, _) in zip(self.closures, self.at(point), strict=True):
             for j, x in gradient.items():
@@ -80,14 +84,14 @@ class GapCheck:
         stated = [gap_over_names(reduced.names, u) for u in reduced.scene.unilateral]
         self._stated = Tape(stated, [*tapes.raw, tapes.t, *tapes.parameters])
 
-    def mismatch(self, point: SymbolValues) -> mpf:
+    def mismatch(self, point: DecimalValues) -> Decimal:
         """Largest relative difference between gaps as derived and as stated."""
         if not self.derived.closures:
             return _ZERO
         tapes = self.tapes
         series = tapes.series(point)
-        places = tapes.positions.run([series[s] for s in tapes.still], 2)
-        run = self._stated.run(tapes.raw_inputs(series, places.outputs), 2)
+        places = tapes.positions.run_in_decimals([series[s] for s in tapes.still], 2)
+        run = self._stated.run_in_decimals(tapes.raw_inputs(series, places.outputs), 2)
         moving = ([point[s] for s in tapes.v], [point[s] for s in tapes.a])
         expected, worst = run.outputs, _ZERO
         for k, derived in enumerate(self.derived.at(point)):
@@ -96,12 +100,12 @@ class GapCheck:
             worst = max(worst, *(relative(x - y, size) for x, y, size in triples))
         return worst
 
-    def _work(self, places: TapeRun, slopes: SparseRow) -> SparseRow:
+    def _work(self, places: DecimalRun, slopes: DecimalRow) -> DecimalRow:
         """∂φ/∂q = Σ ∂φ/∂r ∂r/∂q from ∂φ/∂r by number of the name."""
-        tapes, gradient = self.tapes, dict[int, mpf]()
+        tapes, gradient = self.tapes, dict[int, Decimal]()
         for k, slope in slopes.items():
             if k >= len(tapes.symbols):
-                moved = {tapes.q.index(tapes.raw[k]): mpf(1)}
+                moved = {tapes.q.index(tapes.raw[k]): Decimal(1)}
             else:
                 moved = {j - 1: x for j, x in places.partials(k).items() if 1 <= j <= tapes.n}
             for j, x in moved.items():
@@ -111,9 +115,9 @@ class GapCheck:
 
 def _triples(
     derived: _Derived,
-    expected: Sequence[mpf],
-    work: SparseRow,
-    moving: tuple[Sequence[mpf], Sequence[mpf]],
+    expected: Sequence[Decimal],
+    work: DecimalRow,
+    moving: tuple[Sequence[Decimal], Sequence[Decimal]],
 ) -> Iterator[_Triple]:
     """Triples that must agree for one gap: φ, φ̇, φ̈ and the entries of its gradient."""
     value, gradient, rate, bias = derived
@@ -126,7 +130,7 @@ def _triples(
         yield gradient.get(j, _ZERO), work.get(j, _ZERO), steepest
 
 
-def relative(difference: mpf, size: mpf, least: mpf = _ZERO) -> mpf:
+def relative(difference: Decimal, size: Decimal, least: Decimal = _ZERO) -> Decimal:
     """Compare a difference with a size; differences up to ``least`` are none."""
     if abs(difference) <= least:
         return _ZERO

@@ -1,9 +1,14 @@
-"""Tapes of the derived equations and of the two routes that check them."""
+"""Tapes of the derived equations and of the two routes that check them.
+
+All numbers are decimals: methods are called within :func:`.elementary.in_decimals`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
+from typing import TypeAlias
 
 import sympy as sp
 from mpmath import mpf
@@ -14,11 +19,16 @@ from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.free_symbols import symbols_in
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TaylorSeries
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, Jet, Tape
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 
-_ZERO = mpf(0)
-_ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
+_ZERO, _ONE = Decimal(0), Decimal(1)
+_CONSTANT: Jet = (_ONE, _ZERO, _ZERO)
+#: The energy where there is none: it equals no other number.
+_NO_ENERGY = Decimal("1e999")
+
+DecimalValues: TypeAlias = Mapping[sp.Symbol, Decimal]
+""":data:`.rank.SymbolValues` in decimals."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +46,16 @@ class Observation:
     values
         Values of L, T and V.
     gradient
-        Series of the derivatives of L.
+        The derivatives of L, each with its rate along the motion.
     magnitude
         Decimal exponent of the largest number on the way to L.
     """
 
-    point: SymbolValues
-    series: Mapping[sp.Symbol, TaylorSeries]
-    forces: list[mpf]
-    values: list[mpf]
-    gradient: list[TaylorSeries]
+    point: DecimalValues
+    series: Mapping[sp.Symbol, Jet]
+    forces: list[Decimal]
+    values: list[Decimal]
+    gradient: list[tuple[Decimal, Decimal]]
     magnitude: int
 
 
@@ -120,17 +130,19 @@ class Tapes:
 
     # Evaluations at one state (q, v, a, t, parameters).
 
-    def derived_parts(self, point: SymbolValues) -> tuple[list[dict[int, mpf]], list[mpf]]:
+    def derived_parts(self, point: DecimalValues) -> tuple[list[dict[int, Decimal]], list[Decimal]]:
         """M, by rows without zeros, and f at a state."""
-        values = self.derived.run([(point[s], _ZERO, _ZERO) for s in self.moving], 0).values
-        mass: list[dict[int, mpf]] = [{} for _ in range(self.n)]
+        values = self.derived.run_in_decimals(
+            [(point[s], _ZERO, _ZERO) for s in self.moving], 0
+        ).values
+        mass: list[dict[int, Decimal]] = [{} for _ in range(self.n)]
         for (j, k), value in zip(self.upper, values, strict=False):
             mass[j][k] = mass[k][j] = value
         return mass, values[len(self.upper) :]
 
-    def series(self, point: SymbolValues) -> dict[sp.Symbol, TaylorSeries]:
+    def series(self, point: DecimalValues) -> dict[sp.Symbol, Jet]:
         """t, q, v and parameters along the motion with the state's accelerations."""
-        series: dict[sp.Symbol, TaylorSeries] = {self.t: (point[self.t], mpf(1), _ZERO)}
+        series: dict[sp.Symbol, Jet] = {self.t: (point[self.t], _ONE, _ZERO)}
         for q, v, a in zip(self.q, self.v, self.a, strict=True):
             series[q] = (point[q], point[v], point[a])
             series[v] = (point[v], point[a], _ZERO)
@@ -138,42 +150,45 @@ class Tapes:
             series[p] = (point[p], _ZERO, _ZERO)
         return series
 
-    def work(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[tuple[mpf, mpf]]:
+    def work(self, series: Mapping[sp.Symbol, Jet]) -> list[tuple[Decimal, Decimal]]:
         """Generalized forces of ``forces`` by virtual work, each with the size of its parts."""
         totals, sizes = [_ZERO] * self.n, [_ZERO] * self.n
         if not self.forces:
             return list(zip(totals, sizes, strict=True))
-        pending = iter(self.force_values.run([series[s] for s in self.moving], 0).values)
-        run = self.positions.run([series[s] for s in self.still], 0)
+        pending = iter(
+            self.force_values.run_in_decimals([series[s] for s in self.moving], 0).values
+        )
+        run = self.positions.run_in_decimals([series[s] for s in self.still], 0)
         for target in (target for targets in self.targets for target in targets):
             value = next(pending)
             if target < 0:
                 parts = [value if j == -1 - target else _ZERO for j in range(self.n)]
             else:
-                virtual = run.gradient({target: (value, _ZERO, _ZERO)})
-                parts = [x[0] for x in virtual[1 : 1 + self.n]]
+                parts = run.gradient({target: value})[1 : 1 + self.n]
             totals = [f + x for f, x in zip(totals, parts, strict=True)]
             sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
         return list(zip(totals, sizes, strict=True))
 
-    def generalized_forces(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
+    def generalized_forces(self, series: Mapping[sp.Symbol, Jet]) -> list[Decimal]:
         """Q of forces and dissipation."""
         work = [w for w, _ in self.work(series)]
         if not self.dissipates:
             return work
-        drag = self.dissipation.run([series[s] for s in self.moving], 0).gradient({0: _ONE})
-        return [w - drag[1 + self.n + j][0] for j, w in enumerate(work)]
+        drag = self.dissipation.run_in_decimals([series[s] for s in self.moving], 0).gradient(
+            {0: _ONE}
+        )
+        return [w - drag[1 + self.n + j] for j, w in enumerate(work)]
 
     def newton(
-        self, series: Mapping[sp.Symbol, TaylorSeries], forces: Sequence[mpf]
-    ) -> list[tuple[mpf, mpf]]:
+        self, series: Mapping[sp.Symbol, Jet], forces: Sequence[Decimal]
+    ) -> list[tuple[Decimal, Decimal]]:
         """Σ (m r̈ − F)·∂r/∂q for each coordinate, with the size of its parts.
 
         T_extra − U enters by its Euler–Lagrange expression.
         """
-        run = self.positions.run([series[s] for s in self.still], 2)
+        run = self.positions.run_in_decimals([series[s] for s in self.still], 2)
         outputs = run.outputs
-        seeds: dict[int, mpf] = {}
+        seeds: dict[int, Decimal] = {}
         for mass, k in zip(self.mass_values(series), self.components, strict=True):
             seeds[k] = seeds.get(k, _ZERO) + mass * outputs[k][2]
         slopes = self.potential_slopes(series, outputs)
@@ -183,37 +198,35 @@ class Tapes:
                 seeds[k] = seeds.get(k, _ZERO) + slope
             else:
                 direct[self.number[s]] += slope
-        work = run.gradient({k: (x, _ZERO, _ZERO) for k, x in seeds.items()})
+        work = run.gradient(seeds)
         extra = self._euler_lagrange(self.extra, series)
-        parts = [(work[1 + j][0], direct[j], extra[j], -forces[j]) for j in range(self.n)]
-        return [(sum(p), sum(abs(x) for x in p)) for p in parts]
+        parts = [(work[1 + j], direct[j], extra[j], -forces[j]) for j in range(self.n)]
+        return [(sum(p, _ZERO), sum(map(abs, p), _ZERO)) for p in parts]
 
     def potential_slopes(
-        self, series: Mapping[sp.Symbol, TaylorSeries], outputs: Sequence[TaylorSeries]
-    ) -> dict[sp.Symbol, mpf]:
+        self, series: Mapping[sp.Symbol, Jet], outputs: Sequence[Jet]
+    ) -> dict[sp.Symbol, Decimal]:
         """∂V/∂s of Cartesian names, which have the values ``outputs``, and of coordinates."""
         inputs = self.raw_inputs(series, outputs)
-        slope = self.potential.run(inputs, 0).gradient({0: _ONE})
-        return {s: x[0] for s, x in zip(self.raw, slope, strict=False)}
+        slope = self.potential.run_in_decimals(inputs, 0).gradient({0: _ONE})
+        return dict(zip(self.raw, slope, strict=False))
 
-    def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
+    def _euler_lagrange(self, tape: Tape, series: Mapping[sp.Symbol, Jet]) -> list[Decimal]:
         """d/dt ∂L/∂q̇ − ∂L/∂q of the tape's first output."""
-        gradient = tape.run([series[s] for s in self.moving], 1).gradient({0: _ONE})
+        gradient = tape.run_in_decimals([series[s] for s in self.moving], 1).moving_gradient()
         return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
 
-    def mass_values(self, series: Mapping[sp.Symbol, TaylorSeries]) -> list[mpf]:
+    def mass_values(self, series: Mapping[sp.Symbol, Jet]) -> list[Decimal]:
         """Mass of each entry of ``components``."""
-        return self.masses.run([series[s] for s in self.parameters], 0).values
+        return self.masses.run_in_decimals([series[s] for s in self.parameters], 0).values
 
-    def raw_inputs(
-        self, series: Mapping[sp.Symbol, TaylorSeries], outputs: Sequence[TaylorSeries]
-    ) -> list[TaylorSeries]:
+    def raw_inputs(self, series: Mapping[sp.Symbol, Jet], outputs: Sequence[Jet]) -> list[Jet]:
         """``raw``, t and parameters, where Cartesian names have the values ``outputs``."""
         place = dict(zip(self.symbols, outputs, strict=True))
-        raw = [place.get(s, series.get(s, _ONE)) for s in self.raw]
+        raw = [place.get(s, series.get(s, _CONSTANT)) for s in self.raw]
         return [*raw, series[self.t], *(series[p] for p in self.parameters)]
 
-    def reports(self, seen: Observation) -> list[tuple[mpf, mpf, mpf]]:
+    def reports(self, seen: Observation) -> list[tuple[Decimal, Decimal, Decimal]]:
         """Triples (reported, declared, size of the parts) of which the first two must agree.
 
         T and V, velocities, generalized forces: as reported, and as declared or
@@ -221,18 +234,18 @@ class Tapes:
         """
         series = seen.series
         moving = [series[s] for s in self.moving]
-        outputs = self.positions.run([series[s] for s in self.still], 1).outputs
+        outputs = self.positions.run_in_decimals([series[s] for s in self.still], 1).outputs
         squares = [
             mass * outputs[k][1] ** 2 / 2
             for mass, k in zip(self.mass_values(series), self.components, strict=True)
         ]
-        kinetic, velocity_dependent = self.declared.run(moving, 0).values
-        positional = self.potential.run(self.raw_inputs(series, outputs), 0).values[0]
+        kinetic, velocity_dependent = self.declared.run_in_decimals(moving, 0).values
+        positional = self.potential.run_in_decimals(self.raw_inputs(series, outputs), 0).values[0]
         pairs = [
             (seen.values[1], sum(squares, kinetic)),
             (seen.values[2], positional + velocity_dependent),
         ]
-        reported = self.reported.run(moving, 0).values
+        reported = self.reported.run_in_decimals(moving, 0).values
         rates = [outputs[k][1] for k in self.moved]
         pairs += zip(reported[: len(rates)], rates, strict=True)
         work = zip(reported[len(rates) :], self.work(series), strict=True)
@@ -241,34 +254,34 @@ class Tapes:
             *((x, w, max(abs(x), size)) for x, (w, size) in work),
         ]
 
-    def observe(self, point: SymbolValues, order: int = 1) -> Observation:
+    def observe(self, point: DecimalValues, order: int = 1) -> Observation:
         """Series, Q and the gradient of L at a state; of order 0 without rates along the motion."""
         series = self.series(point)
-        run = self.lagrangian.run([series[s] for s in self.moving], order)
-        forces, gradient = self.generalized_forces(series), run.gradient({0: _ONE})
+        run = self.lagrangian.run_in_decimals([series[s] for s in self.moving], order)
+        forces, gradient = self.generalized_forces(series), run.moving_gradient()
         return Observation(point, series, forces, run.values, gradient, run.magnitude())
 
     def value(self, expression: sp.Expr, point: SymbolValues) -> mpf:
-        """Evaluate an expression over t, q, v and parameters on the tape of L."""
-        inputs = [(point[s], _ZERO, _ZERO) for s in self.moving]
+        """Evaluate an expression over t, q, v and parameters on the tape of L, in mpf."""
+        inputs = [(point[s], mpf(0), mpf(0)) for s in self.moving]
         return self.lagrangian.value(expression, inputs)
 
-    def energy_function(self, seen: Observation) -> tuple[mpf, mpf]:
+    def energy_function(self, seen: Observation) -> tuple[Decimal, Decimal]:
         """Σ q̇ ∂L/∂q̇ − L, with the size of its terms."""
         momenta = self.momenta(seen)
         terms = [p[0] * seen.point[v] for p, v in zip(momenta, self.v, strict=True)]
         lagrangian = seen.values[0]
         return sum(terms, -lagrangian), sum(map(abs, terms), abs(lagrangian))
 
-    def slopes(self, seen: Observation) -> list[TaylorSeries]:
+    def slopes(self, seen: Observation) -> list[tuple[Decimal, Decimal]]:
         """∂L/∂q."""
         return seen.gradient[1 : 1 + self.n]
 
-    def momenta(self, seen: Observation) -> list[TaylorSeries]:
+    def momenta(self, seen: Observation) -> list[tuple[Decimal, Decimal]]:
         """∂L/∂q̇."""
         return seen.gradient[1 + self.n : 1 + 2 * self.n]
 
-    def delicate(self, seen: Observation) -> list[mpf]:
+    def delicate(self, seen: Observation) -> list[Decimal]:
         """Numbers that the facts claim to vanish.
 
         ∂L/∂q, then Q, for each coordinate; the rate of the energy function
@@ -282,14 +295,16 @@ class Tapes:
         slopes = [s[0] for s in self.slopes(seen)]
         return [*slopes, *seen.forces, rate, function - self._energy(seen)]
 
-    def _energy(self, seen: Observation) -> mpf:
+    def _energy(self, seen: Observation) -> Decimal:
         """T + V with V at rest; a huge number where V has no value at rest."""
         if self.resting:
             return seen.values[1] + seen.values[2]
         if self.at_rest is None:
-            return mpf("1e999")
+            return _NO_ENERGY
         try:
-            potential = self.at_rest.run([seen.series[s] for s in self.still], 0).values[0]
+            potential = self.at_rest.run_in_decimals(
+                [seen.series[s] for s in self.still], 0
+            ).values[0]
         except DomainError:
-            return mpf("1e999")
+            return _NO_ENERGY
         return seen.values[1] + potential

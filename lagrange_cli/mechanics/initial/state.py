@@ -28,6 +28,12 @@ from lagrange_cli.mechanics.initial.contact_gaps import GapProjection
 from lagrange_cli.mechanics.initial.projection import ClosureProjection, smallest_solution, state_of
 from lagrange_cli.mechanics.initial.suggestions import with_suggestion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
+from lagrange_cli.mechanics.numerics.elementary import (
+    in_decimals,
+    numbers_as_decimals,
+    to_decimal,
+    to_mpf,
+)
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow, least_norm_solution
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import near_snippet
@@ -329,7 +335,11 @@ class _Initial:
         metric = self._metric(start, missing)
         weights = [row.get(k, _ZERO) for k, row in enumerate(metric)]
         if len(matrix) > _LARGE and min(weights) > 0 and all(len(row) == 1 for row in metric):
-            return least_norm_solution(matrix, target, [1 / mpmath.sqrt(w) for w in weights])
+            with in_decimals():
+                rows = [numbers_as_decimals(row) for row in matrix]
+                units = [1 / to_decimal(w).sqrt() for w in weights]
+                solved = least_norm_solution(rows, [to_decimal(x) for x in target], units)
+                return [to_mpf(x) for x in solved]
         with mpmath.workdps(self.digits + _MORE_DIGITS):
             return smallest_solution(matrix, target, metric)
 

@@ -8,13 +8,13 @@ textbook automatic differentiation: Griewank and Walther, Evaluating
 Derivatives (2008), chapters 3, 5 and 13. Nothing here uses SymPy's own
 differentiation: the certificate relies on that.
 
-Sums and products are done in :mod:`decimal`, whose arithmetic is compiled.
-Numbers go in and come out as mpf.
+Sums and products are done in :mod:`decimal`, whose arithmetic is compiled. Numbers go in and come
+out as mpf by :meth:`Tape.run`, and as decimals by :meth:`Tape.run_in_decimals`: a conversion takes
+as long as twenty products.
 """
 
 from __future__ import annotations
 
-import decimal
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
 from functools import lru_cache
@@ -33,15 +33,26 @@ from lagrange_cli.mechanics.numerics.elementary import (
     Jet,
     Mpf,
     constant_decimal,
-    decimal_context,
+    finite,
+    in_decimals,
     integer_power,
+    numbers_as_decimals,
     rational_power,
     to_decimal,
     to_mpf,
     unknown_jet,
 )
 
-__all__ = ["DomainError", "Tape", "TapeRun", "TaylorSeries", "evaluate"]
+__all__ = [
+    "DecimalRun",
+    "DomainError",
+    "Jet",
+    "Tape",
+    "TapeRun",
+    "TaylorSeries",
+    "evaluate",
+    "evaluate_in_decimals",
+]
 
 TaylorSeries = tuple[Mpf, Mpf, Mpf]
 """Value, first and second derivative with respect to s."""
@@ -177,11 +188,20 @@ class Tape:
         DomainError
             A value or a derivative is not a finite real number.
         """
-        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
-            try:
-                return TapeRun(self, inputs, order)
-            except decimal.DecimalException as error:
-                raise DomainError from error
+        with in_decimals():
+            jets = [(to_decimal(x[0]), to_decimal(x[1]), to_decimal(x[2])) for x in inputs]
+            return TapeRun(self, jets, order)
+
+    def run_in_decimals(self, inputs: Sequence[Jet], order: int = 2) -> DecimalRun:
+        """Evaluate on series of decimals, within :func:`.elementary.in_decimals`.
+
+        Raises
+        ------
+        DomainError
+            A derivative is not a finite real number; :func:`.elementary.in_decimals` raises it for
+            values.
+        """
+        return DecimalRun(self, inputs, order)
 
     def value(self, expression: sp.Expr, inputs: Sequence[TaylorSeries]) -> Mpf:
         """Evaluate a further expression, which stays recorded with its operations."""
@@ -189,8 +209,11 @@ class Tape:
         return to_mpf(self.run(inputs, 0).nodes[index][0])
 
 
-class TapeRun:
-    """A tape evaluated at one point.
+class DecimalRun:
+    """A tape evaluated at one point in decimals.
+
+    All numbers are those of the decimal context that is current: methods are called within
+    :func:`.elementary.in_decimals`, and raise DomainError for numbers that are not finite.
 
     Attributes
     ----------
@@ -200,7 +223,7 @@ class TapeRun:
         Derivatives of each operation by its operands, as its kind needs them.
     """
 
-    def __init__(self, tape: Tape, inputs: Sequence[TaylorSeries], order: int) -> None:
+    def __init__(self, tape: Tape, inputs: Sequence[Jet], order: int) -> None:
         self.tape = tape
         self.order = order
         self.nodes: list[Jet] = []
@@ -213,17 +236,14 @@ class TapeRun:
             raise DomainError
 
     @property
-    def outputs(self) -> list[TaylorSeries]:
+    def outputs(self) -> list[Jet]:
         """Series of each output."""
-        return [
-            (to_mpf(x[0]), to_mpf(x[1]), to_mpf(x[2]))
-            for x in (self.nodes[i] for i in self.tape.outputs)
-        ]
+        return [self.nodes[i] for i in self.tape.outputs]
 
     @property
-    def values(self) -> list[Mpf]:
+    def values(self) -> list[Decimal]:
         """Value of each output."""
-        return [to_mpf(self.nodes[i][0]) for i in self.tape.outputs]
+        return [finite(self.nodes[i][0]) for i in self.tape.outputs]
 
     def has_positive(self, count: int) -> bool:
         """Say whether the first ``count`` outputs are positive; DomainError if one is infinite."""
@@ -250,8 +270,7 @@ class TapeRun:
                 sum([x[2] for x in terms], _DECIMAL_ZERO) if order > 1 else _DECIMAL_ZERO,
             )
         if operation == "input":
-            x = next(self._pending)
-            return to_decimal(x[0]), to_decimal(x[1]), to_decimal(x[2])
+            return next(self._pending)
         if operation == "constant":
             return constant_decimal(a, mpmath.mp.dps), _DECIMAL_ZERO, _DECIMAL_ZERO
         if operation in ("unary", "power", "root"):
@@ -300,35 +319,33 @@ class TapeRun:
         value = to_decimal(mpmath.atan2(to_mpf(y[0]), to_mpf(x[0])))
         return value, rate, area_rate / r2 - rate * r2_rate / r2
 
-    def gradient(self, seeds: Mapping[int, TaylorSeries]) -> list[TaylorSeries]:
-        """Accumulate the gradient of Σ seed·output over all inputs, as series up to first order.
+    def gradient(self, seeds: Mapping[int, Decimal]) -> list[Decimal]:
+        """Differentiate Σ seed·output by every input; ``seeds`` gives weights by output number."""
+        below = range(len(self.nodes) - 1, self.tape.inputs - 1, -1)
+        slopes = self._adjoint(seeds, below)
+        return [finite(slopes.get(i, _DECIMAL_ZERO)) for i in range(self.tape.inputs)]
 
-        ``seeds`` maps output numbers to the weights' series; the second entry of
-        each result is its derivative along s (zero when the run has order 0).
+    def moving_gradient(self, output: int = 0) -> list[tuple[Decimal, Decimal]]:
+        """Differentiate an output by every input, each with its derivative along s.
+
+        That is zero if the run has order 0.
         """
-        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
-            inputs, below = self.tape.inputs, range(len(self.nodes) - 1, self.tape.inputs - 1, -1)
-            if not self.order:
-                values = self._adjoint({k: to_decimal(x[0]) for k, x in seeds.items()}, below)
-                return [(to_mpf(values.get(i, _DECIMAL_ZERO)), _ZERO, _ZERO) for i in range(inputs)]
-            adjoint: dict[int, tuple[Decimal, Decimal]] = {}
-            for output, weight in seeds.items():
-                seed = to_decimal(weight[0]), to_decimal(weight[1])
-                _accumulate(adjoint, self.tape.outputs[output], *seed)
-            for i in below:
-                bar = adjoint.get(i)
-                if bar is not None:
-                    self._backward(adjoint, i, bar)
-            sums = map(adjoint.get, range(inputs))
-            return [
-                (_ZERO,) * 3 if x is None else (to_mpf(x[0]), to_mpf(x[1]), _ZERO) for x in sums
-            ]
+        if not self.order:
+            slopes = DecimalRun.gradient(self, {output: Decimal(1)})
+            return [(x, _DECIMAL_ZERO) for x in slopes]
+        adjoint = {self.tape.outputs[output]: (Decimal(1), _DECIMAL_ZERO)}
+        for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
+            bar = adjoint.get(i)
+            if bar is not None:
+                self._backward(adjoint, i, bar)
+        none = _DECIMAL_ZERO, _DECIMAL_ZERO
+        sums = (adjoint.get(i, none) for i in range(self.tape.inputs))
+        return [(finite(x), finite(rate)) for x, rate in sums]
 
-    def partials(self, output: int) -> dict[int, Mpf]:
+    def partials(self, output: int) -> dict[int, Decimal]:
         """Differentiate one output by each input that it holds: number → derivative."""
-        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
-            inputs, adjoint = self.tape.inputs, self._slopes_below(output)
-            return {i: to_mpf(x) for i, x in sorted(adjoint.items()) if i < inputs}
+        inputs, slopes = self.tape.inputs, self._slopes_below(output)
+        return {i: finite(x) for i, x in sorted(slopes.items()) if i < inputs}
 
     def _slopes_below(self, output: int) -> dict[int, Decimal]:
         """Differentiate one output by every node below it."""
@@ -371,16 +388,6 @@ class TapeRun:
             return (a[0], x[0] / r2), (a[1], -y[0] / r2)
         return ()
 
-    def slopes(self, output: int, stop: int) -> dict[int, float]:
-        """Differentiate by the inputs before ``stop``, in doubles scaled to a largest one of 1."""
-        with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
-            adjoint = self._slopes_below(output)
-            slopes = {i: adjoint[i] for i in sorted(adjoint) if i < stop and adjoint[i]}
-            if not all(x.is_finite() for x in slopes.values()):
-                raise DomainError
-            largest = max(map(abs, slopes.values()), default=_DECIMAL_ZERO)
-            return {i: float(x / largest) for i, x in slopes.items()}
-
     def _backward(
         self, adjoint: dict[int, tuple[Decimal, Decimal]], i: int, bar: tuple[Decimal, Decimal]
     ) -> None:
@@ -407,6 +414,46 @@ class TapeRun:
                 _accumulate(adjoint, target, bar[0] * share, bar[0] * rate + bar[1] * share)
 
 
+class TapeRun(DecimalRun):
+    """A tape evaluated at one point in mpf, within the precision of mpmath."""
+
+    @property
+    def outputs(self) -> list[TaylorSeries]:
+        """Series of each output."""
+        return [(to_mpf(x[0]), to_mpf(x[1]), to_mpf(x[2])) for x in super().outputs]
+
+    @property
+    def values(self) -> list[Mpf]:
+        """Value of each output."""
+        return [to_mpf(self.nodes[i][0]) for i in self.tape.outputs]
+
+    def gradient(self, seeds: Mapping[int, Mpf]) -> list[Mpf]:
+        """Differentiate Σ seed·output by every input; ``seeds`` gives weights by output number."""
+        with in_decimals():
+            return [to_mpf(x) for x in super().gradient(numbers_as_decimals(seeds))]
+
+    def moving_gradient(self, output: int = 0) -> list[tuple[Mpf, Mpf]]:
+        """Differentiate an output by every input, each with its derivative along s."""
+        with in_decimals():
+            pairs = super().moving_gradient(output)
+            return [(to_mpf(x), to_mpf(rate)) for x, rate in pairs]
+
+    def partials(self, output: int) -> dict[int, Mpf]:
+        """Differentiate one output by each input that it holds: number → derivative."""
+        with in_decimals():
+            return {i: to_mpf(x) for i, x in super().partials(output).items()}
+
+    def slopes(self, output: int, stop: int) -> dict[int, float]:
+        """Differentiate by the inputs before ``stop``, in doubles scaled to a largest one of 1."""
+        with in_decimals():
+            adjoint = self._slopes_below(output)
+            slopes = {i: adjoint[i] for i in sorted(adjoint) if i < stop and adjoint[i]}
+            if not all(x.is_finite() for x in slopes.values()):
+                raise DomainError
+            largest = max(map(abs, slopes.values()), default=_DECIMAL_ZERO)
+            return {i: float(x / largest) for i, x in slopes.items()}
+
+
 def _accumulate(
     adjoint: dict[int, tuple[Decimal, Decimal]], target: int, value: Decimal, rate: Decimal
 ) -> None:
@@ -416,11 +463,27 @@ def _accumulate(
 
 def evaluate(expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Mpf]) -> list[Mpf]:
     """Evaluate expressions at one point, in the working precision of mpmath."""
-    outputs = [sp.sympify(e) for e in expressions]
-    present = set().union(*map(symbols_in, outputs))
-    symbols = sorted((s for s in present if s in point), key=attrgetter("name"))
-    tape = _kept_tape(tuple(outputs), tuple(symbols))
+    tape, symbols = _tape_at(expressions, point)
     return tape.run([(mpf(point[s]), _ZERO, _ZERO) for s in symbols], order=0).values
+
+
+def evaluate_in_decimals(
+    expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Decimal]
+) -> list[Decimal]:
+    """Evaluate expressions at one point, within :func:`.elementary.in_decimals`."""
+    tape, symbols = _tape_at(expressions, point)
+    inputs = [(point[s], _DECIMAL_ZERO, _DECIMAL_ZERO) for s in symbols]
+    return tape.run_in_decimals(inputs, order=0).values
+
+
+def _tape_at(
+    expressions: Iterable[sp.Expr], point: Mapping[sp.Symbol, Any]
+) -> tuple[Tape, tuple[sp.Symbol, ...]]:
+    """Give the tape of expressions, and the symbols of a point that it needs."""
+    outputs = tuple([sp.sympify(e) for e in expressions])
+    present = set().union(*map(symbols_in, outputs))
+    symbols = tuple(sorted((s for s in present if s in point), key=attrgetter("name")))
+    return _kept_tape(outputs, symbols), symbols
 
 
 @lru_cache(maxsize=_KEPT)

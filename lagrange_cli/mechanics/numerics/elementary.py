@@ -7,7 +7,8 @@ mpmath evaluates them, and decimals go in and come out.
 from __future__ import annotations
 
 import decimal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from decimal import Decimal
 from functools import cache, lru_cache
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 import mpmath
 import sympy as sp
 from mpmath import mpf
-from mpmath.libmp import from_int, mpf_mul
+from mpmath.libmp import from_man_exp
 
 from lagrange_cli.mechanics.free_symbols import stand_in
 
@@ -58,6 +59,22 @@ def decimal_context(digits: int) -> decimal.Context:
     )
 
 
+@contextmanager
+def in_decimals() -> Iterator[None]:
+    """Calculate in decimals with the digits of mpmath and some more.
+
+    Raises
+    ------
+    DomainError
+        A value is not a finite real number.
+    """
+    with decimal.localcontext(decimal_context(mpmath.mp.dps + 5)):
+        try:
+            yield
+        except decimal.DecimalException as error:
+            raise DomainError from error
+
+
 @cache
 def _power_of_two(exponent: int, digits: int) -> Decimal:
     with decimal.localcontext(decimal_context(digits + 5)):
@@ -65,9 +82,18 @@ def _power_of_two(exponent: int, digits: int) -> Decimal:
 
 
 @cache
-def _power_of_ten(exponent: int, digits: int) -> Mpf:
-    with mpmath.workdps(digits + 5):
-        return mpf(10) ** exponent
+def _decimal_scale(bits: int) -> tuple[int, decimal.Context]:
+    """Give the digits to which decimals are rounded on their way to so many bits."""
+    digits = mpmath.libmp.prec_to_dps(bits) + 5
+    return digits, decimal_context(digits + 5)
+
+
+@cache
+def _power_of_ten(exponent: int, bits: int) -> tuple[int, int]:
+    """Give mantissa and binary exponent of a power of ten, with some bits more."""
+    with mpmath.workprec(bits + 20):
+        _, mantissa, power, _ = (mpf(10) ** exponent)._mpf_
+    return mantissa, power
 
 
 def to_decimal(x: Mpf) -> Decimal:
@@ -89,12 +115,30 @@ def to_mpf(x: Decimal) -> Mpf:
         return _MPF_ZERO
     if not x.is_finite():
         raise DomainError
-    digits = mpmath.mp.dps + 5
+    bits = mpmath.mp.prec
+    digits, context = _decimal_scale(bits)
     exponent = x.adjusted() - digits
-    mantissa = int(x.scaleb(-exponent, context=decimal_context(digits + 5)))
-    power, bits = _power_of_ten(exponent, digits)._mpf_, mpmath.mp.prec
-    # mpf(mantissa)·power, by the functions behind these operators.
-    return mpmath.mp.make_mpf(mpf_mul(from_int(mantissa, bits, "n"), power, bits, "n"))
+    mantissa = int(x.scaleb(-exponent, context))
+    ten, power = _power_of_ten(exponent, bits)
+    # mpf(mantissa)·10^exponent, rounded once, by the functions behind these operators.
+    return mpmath.mp.make_mpf(from_man_exp(mantissa * ten, power, bits, "n"))
+
+
+def numbers_as_decimals(numbers: Mapping[Any, Mpf]) -> dict[Any, Decimal]:
+    """Convert the values of a mapping to decimals of the current context's precision."""
+    return {key: to_decimal(x) for key, x in numbers.items()}
+
+
+def numbers_as_mpf(numbers: Mapping[Any, Decimal]) -> dict[Any, Mpf]:
+    """Convert the values of a mapping to mpf."""
+    return {key: to_mpf(x) for key, x in numbers.items()}
+
+
+def finite(x: Decimal) -> Decimal:
+    """Return a number; DomainError for one that is infinite or not a number."""
+    if not x.is_finite():
+        raise DomainError
+    return x
 
 
 def _real(x: Mpf) -> Mpf:

@@ -1,4 +1,4 @@
-"""Gauss–Newton steps in doubles for equations in high precision.
+"""Gauss–Newton steps in doubles for equations in decimals of high precision.
 
 Of many equations, most hold few unknowns: beyond :data:`_LARGE` of them the step
 A⁺ r = Aᵀ (A Aᵀ)⁻¹ r is computed by sparse elimination, with a small multiple of the
@@ -10,11 +10,11 @@ Problems, 1996, sections 2.7 and 6.1).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
 import numpy as np
-from mpmath import mpf
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.numerics.elementary import DomainError
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SparseRow: TypeAlias = Mapping[int, Any]
 """The entries of a row that are not zero, by column."""
 
-_ZERO = mpf(0)
+_ZERO = Decimal(0)
 
 #: Part of the largest singular value below which one is left out of a step: about the square root
 #: of a double's rounding, so that dependent equations do no harm and independent ones count.
@@ -48,12 +48,12 @@ class LeastSquares:
     Parameters
     ----------
     rows
-        Numbers of any kind, or a sparse matrix of doubles.
+        Decimals, or a sparse matrix of doubles.
     scale
         Units of the unknowns: steps are smallest in them.
     """
 
-    def __init__(self, rows: Sequence[SparseRow] | csr_array, scale: Sequence[mpf]) -> None:
+    def __init__(self, rows: Sequence[SparseRow] | csr_array, scale: Sequence[Decimal]) -> None:
         self._width = len(scale)
         if isinstance(rows, Sequence):
             numbers, columns, entries, self._largest = _equilibrated(rows, scale)
@@ -65,7 +65,7 @@ class LeastSquares:
             shape = len(self._largest), self._width
             self._solve = prepare((numbers, columns), entries, shape)
 
-    def step(self, values: Sequence[mpf]) -> list[mpf]:
+    def step(self, values: Sequence[Decimal]) -> list[Decimal]:
         """Find the least step, in units of ``scale``, that removes the values to first order.
 
         Raises
@@ -80,7 +80,7 @@ class LeastSquares:
         if not size:
             return [_ZERO] * self._width
         step = self._solved(np.array([to_double(x / size) for x in right]))
-        return [size * mpf(x) for x in step.tolist()]
+        return [size * Decimal(x) for x in step.tolist()]
 
     def in_doubles(self, values: _Matrix) -> _Matrix:
         """Find the step in doubles alone, shape (width,)."""
@@ -95,8 +95,8 @@ class LeastSquares:
 
 
 def least_norm_solution(
-    rows: Sequence[SparseRow], target: Sequence[mpf], scale: Sequence[mpf]
-) -> list[mpf]:
+    rows: Sequence[SparseRow], target: Sequence[Decimal], scale: Sequence[Decimal]
+) -> list[Decimal]:
     """Solve rows·x = target to all digits carried, with the least norm of x/``scale`` in doubles.
 
     Raises
@@ -105,9 +105,9 @@ def least_norm_solution(
         There is none.
     """
     solution, system = [_ZERO] * len(scale), LeastSquares(rows, scale)
-    missing, before = list(target), mpf("inf")
-    # Numbers of mpmath never underflow: a remainder can shrink without an end.
-    rounding = max(map(abs, target), default=_ZERO) * mpf(10) ** -mpmath.mp.dps
+    missing, before = list(target), Decimal("Infinity")
+    # Decimals do not underflow: a remainder can shrink without an end.
+    rounding = max(map(abs, target), default=_ZERO) * Decimal(10) ** -mpmath.mp.dps
     while (size := max(map(abs, missing), default=_ZERO)) > rounding and 2 * size < before:
         step = system.step(missing)
         solution = [x + unit * y for x, unit, y in zip(solution, scale, step, strict=True)]
@@ -125,10 +125,10 @@ _Solve: TypeAlias = Callable[[_Matrix], _Matrix]
 
 
 #: Row, column and value of each entry, and the largest of each row that they are divided by.
-_Equilibrated: TypeAlias = tuple[_Numbers, _Numbers, _Matrix, list[mpf]]
+_Equilibrated: TypeAlias = tuple[_Numbers, _Numbers, _Matrix, list[Decimal]]
 
 
-def _equilibrated(rows: Sequence[SparseRow], scale: Sequence[mpf]) -> _Equilibrated:
+def _equilibrated(rows: Sequence[SparseRow], scale: Sequence[Decimal]) -> _Equilibrated:
     """Scale columns by ``scale`` and rows to 1, which brings them into the range of doubles."""
     scaled = [{j: x * scale[j] for j, x in row.items() if x} for row in rows]
     largest = [max(map(abs, row.values()), default=_ZERO) for row in scaled]
@@ -139,7 +139,7 @@ def _equilibrated(rows: Sequence[SparseRow], scale: Sequence[mpf]) -> _Equilibra
     return numbers, columns, entries, largest
 
 
-def _of_matrix(matrix: csr_array, scale: Sequence[mpf]) -> _Equilibrated:
+def _of_matrix(matrix: csr_array, scale: Sequence[Decimal]) -> _Equilibrated:
     coordinates = matrix.tocoo()
     numbers, columns = coordinates.row.astype(np.int64), coordinates.col.astype(np.int64)
     entries = coordinates.data * np.array([to_double(s) for s in scale])[columns]
@@ -147,7 +147,7 @@ def _of_matrix(matrix: csr_array, scale: Sequence[mpf]) -> _Equilibrated:
     np.maximum.at(largest, numbers, np.abs(entries))
     if not (largest > SMALLEST_TRUSTED).all() or not np.isfinite(largest).all():
         raise DomainError  # beyond the range of doubles, or close to its end
-    return numbers, columns, entries / largest[numbers], [mpf(x) for x in largest.tolist()]
+    return numbers, columns, entries / largest[numbers], [Decimal(x) for x in largest.tolist()]
 
 
 def _dense(places: _Places, entries: _Matrix, shape: tuple[int, int]) -> _Solve:

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import partial
 from itertools import count
 from typing import Literal, TypeVar
 
 import mpmath
 import sympy as sp
-from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
@@ -27,12 +27,18 @@ from lagrange_cli.mechanics.algebra.polynomials import factored_form
 from lagrange_cli.mechanics.algebra.shorten import length_factor, shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
-from lagrange_cli.mechanics.certify.routes import Tapes
+from lagrange_cli.mechanics.certify.routes import DecimalValues, Tapes
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_form, multiplier_terms
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.findings import BodyReaction, ConstraintForces, Reaction
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate_in_decimals
+from lagrange_cli.mechanics.numerics.elementary import (
+    in_decimals,
+    numbers_as_decimals,
+    numbers_as_mpf,
+    to_mpf,
+)
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reactions.applied_forces import (
@@ -52,7 +58,7 @@ from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.scene.language.expression import Equation as Written
 from lagrange_cli.scene.model import Scene
 
-_ZERO = mpf(0)
+_ZERO = Decimal(0)
 
 #: Most coordinates of systems whose accelerations are replaced.
 _SOLVED = 3
@@ -60,7 +66,7 @@ _SOLVED = 3
 #: Digits of a second look.
 _CLOSE_DIGITS = 1300
 #: Numbers below it count as zero then: products of three doubles are larger.
-_NOTHING = mpf(10) ** -1000
+_NOTHING = Decimal("1e-1000")
 
 #: Factor by which one rounding error may exceed another one.
 _MARGIN = 1000
@@ -268,7 +274,7 @@ def _reactions(
     hoped = force_balances(reduced, stated, forces.along, point, keep_definitions=True)
     # Of bodies that share the force of a term in an unknown way the forces explain no multiplier.
     unique = [row for row in hoped if row.force == 0 or row.body not in check.applied.shared]
-    solved = multipliers(stated, exact, unique, point, check.scales[0])
+    solved = multipliers(stated, exact, unique, point, to_mpf(check.scales[0]))
     check.rows([r for r in exact if r.gradient.keys() <= solved.keys()], solved)
     reactions = [
         Reaction(e.name, e.text, solved[k], tuple(_sizes(hoped, k, solved[k])))
@@ -305,16 +311,17 @@ class _Check:
 
     def __init__(self, derivation: Uncertified, applied: AppliedForces, evidence: Evidence) -> None:
         self.applied, self.scene = applied, derivation.reduced.scene
-        self.tolerance = mpf(10) ** (5 - evidence.certificate.digits)
+        self.tolerance = Decimal(10) ** (5 - evidence.certificate.digits)
         self.tapes = Tapes(derivation)
         self.closures = ClosureCheck(derivation, self.tapes)
         self.states = evidence.states
         self.seen: list[SymbolValues] = []
         self.points: list[SymbolValues] = []
-        self.scales: list[mpf] = []
+        self.scales: list[Decimal] = []
         self._floor = self._rounding = _ZERO
 
-    def _moving(self, point: SymbolValues) -> SymbolValues:
+    def _moving(self, state: SymbolValues) -> DecimalValues:
+        point = numbers_as_decimals(state)
         if not self.tapes.n:
             return point
         mass, forcing = self.tapes.derived_parts(point)
@@ -330,7 +337,8 @@ class _Check:
             try:
                 compare = partial(self._compared, forces=forces)
                 scale = self._looked_at(state, compare)
-                self.points.append(self._moving(state))
+                with in_decimals():
+                    self.points.append(numbers_as_mpf(self._moving(state)))
                 # Forces that vanish have no size: take that of ordinary forces with the same
                 # rounding.
                 self.scales.append(max(scale, _MARGIN * self._rounding / self.tolerance))
@@ -342,27 +350,28 @@ class _Check:
         if not self.seen:
             raise _without_values(self.scene)
 
-    def _looked_at(self, state: SymbolValues, compare: Callable[[SymbolValues], _Seen]) -> _Seen:
+    def _looked_at(self, state: SymbolValues, compare: Callable[[DecimalValues], _Seen]) -> _Seen:
         """Compare at a state; on failure again with digits at which rounding is negligible.
 
         Forces that vanish, as those on a straight path, are rounding alone at the first look.
         """
         self._rounding = _ZERO
         try:
-            return compare(self._moving(state))
+            with in_decimals():
+                return compare(self._moving(state))
         except InternalError:
-            with mpmath.workdps(_CLOSE_DIGITS):
+            with mpmath.workdps(_CLOSE_DIGITS), in_decimals():
                 self._floor = _NOTHING
                 try:
                     return compare(self._moving(state))
                 finally:
                     self._floor = _ZERO
 
-    def _compared(self, point: SymbolValues, forces: _Forces) -> mpf:
+    def _compared(self, point: DecimalValues, forces: _Forces) -> Decimal:
         """Compare at one state; return the size of the forces there."""
         tapes = self.tapes
         series = tapes.series(point)
-        run = tapes.positions.run([series[s] for s in tapes.still], 2)
+        run = tapes.positions.run_in_decimals([series[s] for s in tapes.still], 2)
         slopes = tapes.potential_slopes(series, run.outputs)
         masses = dict.fromkeys(range(len(tapes.symbols)), _ZERO)
         for mass, k in zip(tapes.mass_values(series), tapes.components, strict=True):
@@ -371,9 +380,11 @@ class _Check:
         # M a − f − Σ λ·gradient, which is zero at a state of the motion.
         lacking = [residual - sum(parts, _ZERO) for (residual, _), parts in pairs]
         symbols = [s for s in tapes.symbols if s in forces.along]
-        derived = evaluate([forces.along[s] for s in symbols], point)
-        loads = evaluate([self.applied.dynamic.get(s, sp.Integer(0)) for s in symbols], point)
-        seeds: dict[int, tuple[mpf, mpf, mpf]] = {}
+        derived = evaluate_in_decimals([forces.along[s] for s in symbols], point)
+        loads = evaluate_in_decimals(
+            [self.applied.dynamic.get(s, sp.Integer(0)) for s in symbols], point
+        )
+        seeds: dict[int, Decimal] = {}
         differences, scale = [], _ZERO
         for s, force, load in zip(symbols, derived, loads, strict=True):
             k = tapes.symbols.index(s)
@@ -382,17 +393,17 @@ class _Check:
             parts = [masses[k] * run.outputs[k][2], slopes[s], load]
             differences.append(force - sum(parts, _ZERO))
             scale = max(scale, sum(map(abs, parts), abs(force)))
-            seeds[k] = (force, _ZERO, _ZERO)
+            seeds[k] = force
         for difference in differences:
             self._require(difference, scale)
-        work = [x[0] for x in run.gradient(seeds)[1 : 1 + tapes.n]]
+        work = run.gradient(seeds)[1 : 1 + tapes.n]
         self._require_work(point, work, scale)
         return scale
 
-    def _require_work(self, point: SymbolValues, work: Sequence[mpf], scale: mpf) -> None:
+    def _require_work(self, point: DecimalValues, work: Sequence[Decimal], scale: Decimal) -> None:
         """Require that Σ f ∂r/∂q plus forces on coordinates alone is M a − f."""
         coordinates = [q for q in self.tapes.q if q not in self.tapes.symbols]
-        direct = evaluate([self.applied.along(q) for q in coordinates], point)
+        direct = evaluate_in_decimals([self.applied.along(q) for q in coordinates], point)
         alone = dict(zip(coordinates, direct, strict=True))
         for q, done, (residual, size) in zip(
             self.tapes.q, work, self._residuals(point), strict=True
@@ -400,7 +411,7 @@ class _Check:
             load = alone.get(q, _ZERO)
             self._require(done + load - residual, size + abs(load) + scale)
 
-    def _residuals(self, point: SymbolValues) -> list[tuple[mpf, mpf]]:
+    def _residuals(self, point: DecimalValues) -> list[tuple[Decimal, Decimal]]:
         """M a − f of each coordinate, with the size of its terms."""
         mass, forcing = self.tapes.derived_parts(point)
         accelerations = [point[a] for a in self.tapes.a]
@@ -418,19 +429,23 @@ class _Check:
 
     def _compare_rows(
         self,
-        point: SymbolValues,
+        point: DecimalValues,
         rows: Sequence[ForceBalance],
         multipliers: Mapping[int, sp.Expr],
-        scale: mpf,
+        scale: Decimal,
     ) -> None:
         numbers = sorted(multipliers)
-        known = dict(zip(numbers, evaluate([multipliers[k] for k in numbers], point), strict=True))
+        known = dict(
+            zip(
+                numbers, evaluate_in_decimals([multipliers[k] for k in numbers], point), strict=True
+            )
+        )
         for row in rows:
-            force, *slopes = evaluate([row.force, *row.gradient.values()], point)
+            force, *slopes = evaluate_in_decimals([row.force, *row.gradient.values()], point)
             parts = [known[k] * g for k, g in zip(row.gradient, slopes, strict=True)]
             self._require(force - sum(parts, _ZERO), sum(map(abs, parts), scale))
 
-    def _require(self, difference: mpf, size: mpf) -> None:
+    def _require(self, difference: Decimal, size: Decimal) -> None:
         if abs(difference) > max(self.tolerance * size, self._floor):
             self._rounding = abs(difference)
             raise InternalError(Problem("the constraint forces disagree with Newton's law"))

@@ -9,40 +9,40 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
 from typing import TypeAlias
 
 import mpmath
 import sympy as sp
-from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.certify.certificate import Evidence, not_real
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
-from lagrange_cli.mechanics.certify.routes import Observation, Tapes
+from lagrange_cli.mechanics.certify.routes import DecimalValues, Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import (
+    DecimalRun,
     DomainError,
+    Jet,
     Tape,
-    TapeRun,
-    TaylorSeries,
-    evaluate,
+    evaluate_in_decimals,
 )
-from lagrange_cli.mechanics.numerics.rank import SymbolValues
-from lagrange_cli.mechanics.numerics.sampling import to_double, working_digits
+from lagrange_cli.mechanics.numerics.elementary import in_decimals, numbers_as_decimals
+from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reactions.applied_forces import terms_over_names
 from lagrange_cli.mechanics.step_values import DerivationSteps, rate_symbol
 
 #: A line, and its value by another route.
-_Pair: TypeAlias = "tuple[sp.Expr, mpf]"
+_Pair: TypeAlias = "tuple[sp.Expr, Decimal]"
 
-_ZERO = mpf(0)
-_ONE: TaylorSeries = (mpf(1), _ZERO, _ZERO)
+_ZERO, _ONE = Decimal(0), Decimal(1)
+_CONSTANT: Jet = (_ONE, _ZERO, _ZERO)
 _NONE = sp.Integer(0)
 
 #: Digits of a second comparison, in which rounding is negligible, and the bound of zeros there.
 _CLOSE_DIGITS = 1300
-_NOTHING = mpf(10) ** -700
+_NOTHING = Decimal("1e-700")
 
 
 def certify_steps(
@@ -73,16 +73,18 @@ def certify_steps(
         A line has no value at any of the states.
     """
     digits = evidence.certificate.digits
-    tolerance = mpf(10) ** (5 - digits)
+    tolerance = Decimal(10) ** (5 - digits)
     with mpmath.workdps(working_digits(digits)):
         check = _StepsCheck(derivation, equations, steps, attached)
         worst, apart, states = _ZERO, _ZERO, 0
         for state in evidence.states:
             try:
-                mismatch, difference = check.compared(state)
+                with in_decimals():
+                    mismatch, difference = check.compared(numbers_as_decimals(state))
                 if max(mismatch, difference) > tolerance:
-                    with mpmath.workdps(_CLOSE_DIGITS):
-                        mismatch, difference = check.compared(state, least=_NOTHING)
+                    with mpmath.workdps(_CLOSE_DIGITS), in_decimals():
+                        point = numbers_as_decimals(state)
+                        mismatch, difference = check.compared(point, least=_NOTHING)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue  # a line that is singular here
             if max(mismatch, difference) > tolerance:
@@ -90,7 +92,7 @@ def certify_steps(
             worst, apart, states = max(worst, mismatch), max(apart, difference), states + 1
     if not states:
         raise not_real(derivation.reduced.scene)
-    return replace(steps, states=states, mismatch=to_double(worst), difference=to_double(apart))
+    return replace(steps, states=states, mismatch=float(worst), difference=float(apart))
 
 
 class _StepsCheck:
@@ -113,14 +115,14 @@ class _StepsCheck:
         moving = [*named.rates, *named.rates.values(), tapes.t, *tapes.parameters]
         self.named = Tape([named.lagrangian, named.dissipation], moving)
 
-    def compared(self, point: SymbolValues, least: mpf = _ZERO) -> tuple[mpf, mpf]:
+    def compared(self, point: DecimalValues, least: Decimal = _ZERO) -> tuple[Decimal, Decimal]:
         """Largest relative mismatch of lines, and of d'Alembert's from Lagrange's equations.
 
         Differences up to ``least`` are none.
         """
         tapes = self.tapes
         seen = tapes.observe(point)
-        run = tapes.positions.run([seen.series[s] for s in tapes.still], 2)
+        run = tapes.positions.run_in_decimals([seen.series[s] for s in tapes.still], 2)
         outputs = run.outputs
         applied = self._applied(seen, run)
         lines = [
@@ -137,7 +139,7 @@ class _StepsCheck:
     # -- kinematics and applied forces ----------------------------------------------
 
     def _bodies(
-        self, run: TapeRun, outputs: Sequence[TaylorSeries], applied: dict[str, mpf]
+        self, run: DecimalRun, outputs: Sequence[Jet], applied: dict[str, Decimal]
     ) -> Iterator[_Pair]:
         pending = dict(applied)
         variables = [self.tapes.t, *self.tapes.q]
@@ -152,45 +154,47 @@ class _StepsCheck:
                 yield part.force, pending.pop(part.name, _ZERO)
                 slopes, partials = run.gradient({k: _ONE}), dict(part.partials)
                 for s, slope in zip(variables, slopes, strict=False):
-                    yield partials.get(s, _NONE), slope[0]
+                    yield partials.get(s, _NONE), slope
                 speeds.append(velocity)
             if body.square is not None:
                 yield body.square, sum((v * v for v in speeds), _ZERO)
 
-    def _applied(self, seen: Observation, positions: TapeRun) -> dict[str, mpf]:
+    def _applied(self, seen: Observation, positions: DecimalRun) -> dict[str, Decimal]:
         """Name of a Cartesian name or coordinate → the applied force along it."""
         tapes, outputs = self.tapes, positions.outputs
         applied = {
             s.name: -slope for s, slope in tapes.potential_slopes(seen.series, outputs).items()
         }
         places = dict(zip(tapes.symbols, outputs, strict=True))
-        series = [places.get(s, seen.series.get(s, _ONE)) for s in self.rates]
-        rates: list[TaylorSeries] = [(x[1], x[2], _ZERO) for x in series]
+        series = [places.get(s, seen.series.get(s, _CONSTANT)) for s in self.rates]
+        rates: list[Jet] = [(x[1], x[2], _ZERO) for x in series]
         others = [seen.series[s] for s in (tapes.t, *tapes.parameters)]
-        named = self.named.run([*series, *rates, *others], 1)
-        lagrangian, dissipation = named.gradient({0: _ONE}), named.gradient({1: _ONE})
+        named = self.named.run_in_decimals([*series, *rates, *others], 1)
+        lagrangian, dissipation = named.moving_gradient(), named.gradient({1: _ONE})
         count = len(self.rates)
         for i, s in enumerate(self.rates):
             inertia = lagrangian[count + i][1] - lagrangian[i][0]
-            applied[s.name] = applied.get(s.name, _ZERO) - inertia - dissipation[count + i][0]
+            applied[s.name] = applied.get(s.name, _ZERO) - inertia - dissipation[count + i]
         for force in self.forces:
             names = self._targets(force.on, len(force.components))
-            values = evaluate(list(force.components), seen.point)
+            values = evaluate_in_decimals(list(force.components), seen.point)
             for name, value in zip(names, values, strict=True):
                 applied[name] = applied.get(name, _ZERO) + value
         return self._moved(applied, seen, positions)
 
-    def _moved(self, applied: dict[str, mpf], seen: Observation, run: TapeRun) -> dict[str, mpf]:
+    def _moved(
+        self, applied: dict[str, Decimal], seen: Observation, run: DecimalRun
+    ) -> dict[str, Decimal]:
         """Move forces along coordinates to the particles that have them, by their work."""
         names = [s.name for s in self.attached]
-        values = evaluate([-force for force in self.attached.values()], seen.point)
+        values = evaluate_in_decimals([-force for force in self.attached.values()], seen.point)
         for name, value in zip(names, values, strict=True):
             applied[name] = applied.get(name, _ZERO) + value
-        seeds = {self.number[n]: (x, _ZERO, _ZERO) for n, x in zip(names, values, strict=True)}
+        seeds = {self.number[n]: x for n, x in zip(names, values, strict=True)}
         work = run.gradient(seeds)[1 : 1 + self.tapes.n] if seeds else []
         for q, done in zip(self.tapes.q, work, strict=False):
             if q.name not in self.number:
-                applied[q.name] = applied.get(q.name, _ZERO) - done[0]
+                applied[q.name] = applied.get(q.name, _ZERO) - done
         return applied
 
     def _targets(self, on: str, components: int) -> list[str]:
@@ -201,41 +205,43 @@ class _StepsCheck:
 
     # -- energies and forces ------------------------------------------------------------
 
-    def _terms(self, point: SymbolValues, outputs: Sequence[TaylorSeries]) -> Iterator[_Pair]:
+    def _terms(self, point: DecimalValues, outputs: Sequence[Jet]) -> Iterator[_Pair]:
         places = {s: x[0] for s, x in zip(self.tapes.symbols, outputs, strict=True)}
         places |= {
             rate_symbol(s.name): x[1] for s, x in zip(self.tapes.symbols, outputs, strict=True)
         }
         terms = [*self.steps.kinetic, *self.steps.potentials]
-        values = evaluate([term.written for term in terms], {**point, **places})
+        values = evaluate_in_decimals([term.written for term in terms], {**point, **places})
         for term, value in zip(terms, values, strict=True):
             yield term.resolved, value
 
-    def _forces(self, point: SymbolValues, run: TapeRun) -> Iterator[_Pair]:
+    def _forces(self, point: DecimalValues, run: DecimalRun) -> Iterator[_Pair]:
         q = self.tapes.q
         for force, steps in zip(self.forces, self.steps.forces, strict=True):
             names = self._targets(force.on, len(force.components))
-            values = dict(zip(names, evaluate(list(force.components), point), strict=True))
+            values = dict(
+                zip(names, evaluate_in_decimals(list(force.components), point), strict=True)
+            )
             for name, component in steps.components:
                 yield component, values[name]
             work = [values.get(s.name, _ZERO) for s in q]
             if len(force.components) == 3:
-                seeds = {self.number[name]: (x, _ZERO, _ZERO) for name, x in values.items()}
-                work = [x[0] for x in run.gradient(seeds)[1 : 1 + len(q)]]
+                seeds = {self.number[name]: x for name, x in values.items()}
+                work = run.gradient(seeds)[1 : 1 + len(q)]
             generalized = dict(steps.generalized)
             for s, done in zip(q, work, strict=True):
                 yield generalized.get(s, _NONE), done
 
     # -- equations ------------------------------------------------------------------------
 
-    def _equations(self, point: SymbolValues, seen: Observation) -> Iterator[_Pair]:
+    def _equations(self, point: DecimalValues, seen: Observation) -> Iterator[_Pair]:
         tapes = self.tapes
         mass, forcing = tapes.derived_parts(point)
         pushes = self.closures.forces(point)
         drag = [_ZERO] * tapes.n
         if tapes.dissipates:
-            run = tapes.dissipation.run([seen.series[s] for s in tapes.moving], 0)
-            drag = [x[0] for x in run.gradient({0: _ONE})[1 + tapes.n : 1 + 2 * tapes.n]]
+            run = tapes.dissipation.run_in_decimals([seen.series[s] for s in tapes.moving], 0)
+            drag = run.gradient({0: _ONE})[1 + tapes.n : 1 + 2 * tapes.n]
         momenta, slopes = tapes.momenta(seen), tapes.slopes(seen)
         # L and the energy function as they are printed, by T and V and by L.
         system, (_, kinetic, potential) = self.equations.system, seen.values
@@ -257,22 +263,21 @@ class _StepsCheck:
     def _balances(
         self,
         seen: Observation,
-        run: TapeRun,
-        outputs: Sequence[TaylorSeries],
-        applied: dict[str, mpf],
+        run: DecimalRun,
+        outputs: Sequence[Jet],
+        applied: dict[str, Decimal],
     ) -> Iterator[_Pair]:
         if not self.steps.balances:
             return
         tapes = self.tapes
-        inertia: dict[int, TaylorSeries] = {}
+        inertia: dict[int, Decimal] = {}
         for mass, k in zip(tapes.mass_values(seen.series), tapes.components, strict=True):
-            done = inertia.get(k, (_ZERO,))[0] + mass * outputs[k][2]
-            inertia[k] = (done, _ZERO, _ZERO)
-        along = {self.number[n]: (f, _ZERO, _ZERO) for n, f in applied.items() if n in self.number}
+            inertia[k] = inertia.get(k, _ZERO) + mass * outputs[k][2]
+        along = {self.number[n]: f for n, f in applied.items() if n in self.number}
         moved, worked = run.gradient(inertia), run.gradient(along)
         for j, (q, steps) in enumerate(zip(tapes.q, self.steps.balances, strict=True)):
-            yield steps.inertia, moved[1 + j][0]
-            yield steps.work, worked[1 + j][0]
+            yield steps.inertia, moved[1 + j]
+            yield steps.work, worked[1 + j]
             alone = _ZERO if q.name in self.number else applied.get(q.name, _ZERO)
             yield steps.coordinates, -alone
 
@@ -283,7 +288,7 @@ class _StepsCheck:
             coefficient = steps.inertia - steps.work + steps.coordinates
             yield coefficient, momenta[j][1] - slopes[j][0] - seen.forces[j]
 
-    def _newton(self, point: SymbolValues) -> tuple[SymbolValues, list[_Pair]]:
+    def _newton(self, point: DecimalValues) -> tuple[DecimalValues, list[_Pair]]:
         """m r̈ = F + f of each particle along a motion, where constraint forces are derived."""
         reactions, tapes = self.equations.derivation.constraint_forces, self.tapes
         if reactions is None:
@@ -299,15 +304,15 @@ class _StepsCheck:
             forces = components.get(body.name, (_NONE, _NONE, _NONE))
             for part, force in zip(body.components, forces, strict=True):
                 inertia = (body.mass or _NONE) * part.acceleration
-                (value,) = evaluate([inertia], moving)
+                (value,) = evaluate_in_decimals([inertia], moving)
                 pairs.append((part.force + force, value))
         return moving, pairs
 
 
-def _mismatch(point: SymbolValues, lines: Sequence[_Pair], least: mpf) -> mpf:
+def _mismatch(point: DecimalValues, lines: Sequence[_Pair], least: Decimal) -> Decimal:
     """Largest difference of a line from its value, relative to the sizes of its terms."""
     terms = [sp.Add.make_args(line) for line, _ in lines]
-    values = iter(evaluate([term for parts in terms for term in parts], point))
+    values = iter(evaluate_in_decimals([term for parts in terms for term in parts], point))
     worst = _ZERO
     for parts, (_, value) in zip(terms, lines, strict=True):
         sizes = [next(values) for _ in parts]
