@@ -14,6 +14,7 @@ __all__ = [
     "identities",
     "polynomials",
     "printed_length",
+    "rate_sums",
     "shared_products",
     "shorten",
     "shortest",
