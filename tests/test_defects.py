@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from scipy.integrate import solve_ivp
 
 from lagrange_cli import Derivation, load, loads
 from lagrange_cli.errors import InputError, Problem
@@ -227,6 +228,19 @@ def test_pictures_with_control_characters_are_well_formed(tmp_path: Path) -> Non
     scene, picture = DEFECTS / "plot_svg_not_wellformed.yaml", tmp_path / "p.svg"
     assert lagrange("simulate", str(scene), "--plot", str(picture)).returncode == 0
     assert ElementTree.parse(picture).getroot().tag.endswith("svg")
+
+
+@pytest.mark.slow
+def test_a_step_into_a_saturated_controller_runs() -> None:
+    """The bounds of the controller lie elsewhere at the instant of the step."""
+
+    def behind(_: float, y: list[float]) -> list[float]:
+        return [y[1], max(-2.0, min(2.0, 10 * (1 - y[0]) - 3 * y[1]))]
+
+    found = moved("pulse_input")
+    assert found.status == "ok"
+    reference = solve_ivp(behind, (1, 5), [0, 0], rtol=1e-11, atol=1e-12, max_step=0.01)
+    assert [found.state["x"], found.state["dot(x)"]] == pytest.approx(reference.y[:, -1], abs=2e-8)
 
 
 @pytest.mark.slow

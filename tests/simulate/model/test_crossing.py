@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from lagrange_cli import loads
 from lagrange_cli.simulate import simulate
@@ -213,6 +214,61 @@ def test_a_start_with_several_motions_is_told(functions, section):
     assert found.status == "blow_up"
     assert "not unique" in found.reason
     assert len(found.t) == 1
+
+
+def sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
+
+
+#: Forces whose steps at t = 1 and 2 move other kinks at that instant, or put the motion on one.
+STEPS = {
+    "max(-2, min(2, 10*(1 + sign(t - 1) - sign(t - 2) - x) - 3*v))": lambda t, x, v: max(
+        -2, min(2, 10 * (1 + sign(t - 1) - sign(t - 2) - x) - 3 * v)
+    ),
+    "max(-10, min(10, 5*(1 + sign(t - 1)) - 10*x - 3*v))": lambda t, x, v: max(
+        -10, min(10, 5 * (1 + sign(t - 1)) - 10 * x - 3 * v)
+    ),
+    "abs(sign(t - 1) - x)": lambda t, x, v: abs(sign(t - 1) - x),
+    "max(0, abs(3*sign(t - 1) - x) - 1)*sign(3*sign(t - 1) - x)": lambda t, x, v: (
+        max(0, abs(3 * sign(t - 1) - x) - 1) * sign(3 * sign(t - 1) - x)
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("force", STEPS)
+@mostly_compiled
+def test_a_step_moves_other_kinks_at_once(functions, force):
+    written = force.replace("v", "dot(x)")
+    scene = body(f'forces: {{f: {{on: x, force: "{written}"}}}}', "x: 0, dot(x): 0", 3)
+    found = moved(functions, scene, accuracy=1e-8)
+    assert found.status == "ok", found.reason
+    law, state = STEPS[force], np.zeros(2)
+    for piece in ((0, 1), (1, 2), (2, 3)):
+        # Inside its piece, where signs of time are constant.
+        inside = np.clip(np.array(piece), np.nextafter(piece[0], 4), np.nextafter(piece[1], 0))
+        state = solve_ivp(
+            lambda t, y: [y[1], law(t, *y)], inside, state, rtol=1e-11, atol=1e-12, max_step=0.01
+        ).y[:, -1]
+    assert [found.state["x"], found.state["dot(x)"]] == pytest.approx(state, abs=3e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("force", "end"),
+    [
+        # A part of the sign balances the load until it is 2, the bound of the friction until 1.
+        ("max(-1, min(1, -2*sign(dot(x)))) + 0.5 + t/2", 0.07),
+        # Here the bound is met on one side first, while the body rests.
+        ("max(-1, min(1, -0.4*sign(dot(x)) - 0.57 - 0.3*t)) + 0.855 + 0.45*t", 0.1),
+    ],
+)
+def test_a_body_is_not_held_by_more_than_the_bounds_of_its_friction(force, end):
+    scene = body(f'forces: {{f: {{on: x, force: "{force}"}}}}', "x: 0.5, dot(x): -0.03", 2)
+    found = loads(scene).derive().simulate(accuracy=1e-4)
+    assert found.status == "blow_up"
+    assert "cannot be determined" in found.reason
+    assert found.t[-1] <= end
 
 
 @pytest.mark.slow

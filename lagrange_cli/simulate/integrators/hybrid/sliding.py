@@ -7,7 +7,7 @@ both sides that keeps it there, as dry friction holds a body at rest.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -41,39 +41,89 @@ class Continuation:
         The sides on which the motion stays.
     slope
         Rate of the state, shape (2n,).
+    on
+        Surfaces on which the state is.
     departs
         The motion leaves one of the surfaces at once.
     """
 
     sides: SurfaceSides
     slope: Array
+    on: tuple[int, ...]
     departs: bool
 
 
 def continuations(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, on: Sequence[int]
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, met: Sequence[int]
 ) -> list[Continuation]:
-    """Find the ways in which the motion may go on from surfaces on which it is.
+    """Find the ways in which the motion may go on from the surfaces that it meets.
 
-    Surfaces of positions that it meets with a speed are passed whatever acts. The list is empty if
-    there are more surfaces at once than can be tried.
+    Surfaces of positions that it meets with a speed are passed whatever acts. A surface that
+    depends on the sides of others, as the bound of a controller on a step of its input, is where
+    these sides put it. The list is empty if there are more surfaces at once than can be tried.
     """
-    sides, undecided = _passed(surfaces, t, y, sides, on)
+    sides, on, undecided = _behind_passed(surfaces, t, y, sides, met)
+    if not on:
+        return [Continuation(sides, surfaces.side(sides)(t, y), on, departs=False)]
     if len(undecided) > _MOST_AT_ONCE:
         return []
     ways = []
     for choice in product((1.0, -1.0, 0.0), repeat=len(undecided)):
-        tried = with_sides(sides, dict(zip(undecided, choice, strict=True)))
-        slid = [k for k, side in zip(undecided, choice, strict=True) if side == 0]
-        reached = _along(surfaces, t, y, tried, slid) if slid else _free(surfaces, t, y, tried)
+        chosen = dict(zip(undecided, choice, strict=True))
+        reached = _reached(surfaces, t, y, sides, on, chosen)
         if reached is not None:
             rates = surfaces.rates(t, y, *reached)
-            free = [k for k in undecided if k not in slid]
+            free = [k for k in undecided if chosen[k] != 0]
             leading = [rates.leading(k, surfaces.positional[k]) for k in free]
             departs = len(undecided) < len(on) or any(leading)
-            if all(tried[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
-                ways.append(Continuation(*reached, departs))
+            if all(chosen[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
+                ways.append(Continuation(*reached, on, departs))
     return ways
+
+
+def _behind_passed(
+    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, met: Sequence[int]
+) -> tuple[SurfaceSides, tuple[int, ...], list[int]]:
+    """Return sides behind surfaces that are passed, and the surfaces met and undecided there."""
+    sides, on = surfaces.placed(t, y, sides, met)
+    undecided: list[int] = []
+    for _ in range(len(sides) + 1):
+        behind, undecided = _passed(surfaces, t, y, sides, on)
+        placed, on = surfaces.placed(t, y, behind, met)
+        if placed == sides:
+            break
+        sides = placed
+    return sides, on, undecided
+
+
+def _reached(
+    surfaces: Surfaces,
+    t: float,
+    y: Array,
+    sides: SurfaceSides,
+    on: Sequence[int],
+    chosen: Mapping[int, float],
+) -> tuple[SurfaceSides, Array] | None:
+    """Return sides and slope of a choice, 0 to slide along a surface; None if it does not hold.
+
+    A motion that slides along a surface is not followed where others lie differently on its sides:
+    rates are not linear in the part between them.
+    """
+    slid = [k for k, side in chosen.items() if side == 0]
+    placed = {
+        with_sides(surfaces.placed(t, y, corner, on)[0], dict.fromkeys(slid, 0.0))
+        for corner in corners(with_sides(sides, chosen), slid)
+    }
+    if len(placed) > 1:
+        return None
+    (tried,) = placed
+    return _along(surfaces, t, y, tried, slid) if slid else _free(surfaces, t, y, tried)
+
+
+def corners(sides: SurfaceSides, sliding: Sequence[int]) -> list[SurfaceSides]:
+    """List the sides that surfaces along which the motion slides lie between."""
+    choices = product((1.0, -1.0), repeat=len(sliding))
+    return [with_sides(sides, dict(zip(sliding, choice, strict=True))) for choice in choices]
 
 
 def _passed(

@@ -24,6 +24,7 @@ from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, TOGETHER, B
 from lagrange_cli.simulate.integrators.hybrid.sliding import (
     SlidingRhs,
     continuations,
+    corners,
     unique_continuation,
 )
 from lagrange_cli.simulate.integrators.right_hand_side import (
@@ -168,7 +169,10 @@ class SurfaceMotion(HybridMotion):
             self._leave_surface(event, sliding)
         else:
             met = [k for k in range(len(self._sides)) if k not in sliding][event]
-            self._settle((met,))
+            if met in self._dependent(sliding):
+                self._failure = UNSETTLED
+            else:
+                self._settle((met,))
 
     def _leave_surface(self, event: int, sliding: Sequence[int]) -> None:
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
@@ -199,12 +203,18 @@ class SurfaceMotion(HybridMotion):
             return whole
         others = 0 if self._other_events is None else len(self._other_events.signs)
         numbers = [*range(others), *(others + k for k in range(len(signs)) if k not in sliding)]
-        slide = self._slide(sliding)
+        slide, watched = self._slide(sliding), [whole]
+        if self._dependent(sliding):
+            watched = [
+                self._surfaces.terminal_events(corner, signs, noise, self._other_events)
+                for corner in corners(self._sides, sliding)
+            ]
 
         def values(t: float, y: Array) -> Array:
             parts, _ = slide.parts(t, y)
             ends = [end for part in parts for end in (1 - part, 1 + part)]
-            return np.array([*whole.values(t, y)[numbers], *ends])
+            first = np.min([events.values(t, y) for events in watched], axis=0)
+            return np.array([*first[numbers], *ends])
 
         ones = (1.0,) * 2 * len(sliding)
         return TerminalEvents(
@@ -219,21 +229,23 @@ class SurfaceMotion(HybridMotion):
     def _sliding(self, sides: SurfaceSides) -> tuple[int, ...]:
         return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
 
+    def _dependent(self, sliding: Sequence[int]) -> list[int]:
+        """List the surfaces that hang on where between both sides of others the motion slides."""
+        places = corners(self._sides, sliding)
+        values = np.array([self._surfaces.values(self.t, self.y, place)[0] for place in places])
+        return [int(k) for k in np.flatnonzero((values != values[0]).any(axis=0))]
+
     def _settle(self, met: Sequence[int]) -> None:
         """Determine the sides behind surfaces that are met, and begin the next piece."""
         before = self._sides
-        self._sides, on = self._surfaces.placed(self.t, self.y, before, met)
-        if not on:
-            self._start_piece(self._sides, ())
-            return
-        ways = continuations(self._surfaces, self.t, self.y, self._sides, on)
+        ways = continuations(self._surfaces, self.t, self.y, before, met)
         chosen = unique_continuation(ways)
         if chosen is None:
             self._failure = AMBIGUOUS if ways else UNSETTLED
         elif self._jumps(before if met else chosen.sides, chosen.sides):
             self._failure = IMPULSIVE
         else:
-            self._start_piece(chosen.sides, on)
+            self._start_piece(chosen.sides, chosen.on)
 
     def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
         """Tell whether energy or momenta jump at the surfaces, for the same state."""
