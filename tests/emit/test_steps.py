@@ -178,7 +178,15 @@ def test_generalized_forces_by_virtual_work(capsys: pytest.CaptureFixture[str]) 
     scene = [str(SCENES["pendulum_with_force"]), "--steps"]
     written = lines(capsys, scene, "Generalized forces")
     assert written[1:3] == ["δW = Σ_i F_i · δr_i = Σ_j Q_j δq_j", "Q_j = Σ_i F_i · ∂r_i/∂q_j"]
-    assert written[-1].startswith("Q_θ = F_x ∂x/∂θ = ")
+    assert written[-2].startswith("Q_θ = F_x ∂x/∂θ = ")
+    assert written[-1] == "Q_θ is a torque: θ is an angle."
+
+
+def test_a_generalized_force_on_a_length_is_no_torque(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = [str(SCENES["inverted_pendulum_on_cart"]), "--steps"]
+    written = lines(capsys, scene, "Generalized forces")
+    assert any(line.startswith("Q_p = ") for line in written)
+    assert not any("torque" in line for line in written)
 
 
 def test_equilibrium_of_a_lever_by_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,14 +23,17 @@ def report(command, name, *words):
 
 
 def test_bead_on_the_parabola_has_the_boards_lines():
-    text = succeed("derive", scene("bead_on_parabola"))
+    text = succeed("derive", scene("bead_on_parabola"), "--steps")
     assert "3N = 3, K = 2, DOF = 1" in text
+    assert "L = T - V = ½ m (1 + 4 a² x²) ẋ² - m g a x²" in text
     assert "(1 + 4 a² x²) ẍ + 4 a² x ẋ² + 2 a g x = 0" in text
-    assert "(divided by m)" in text
+    assert "and, divided by m," in text
 
 
 def test_masses_through_the_hole_reduce_to_one():
-    text = succeed("derive", scene("masses_through_hole"))
+    text = succeed("derive", scene("masses_through_hole"), "--steps")
+    assert "L = T - V = ½ M (ṙ² + r² θ̇²) + ½ m ṙ² - m g (r - l)" in text
+    assert "p_θ is the angular momentum about the z axis." in text
     assert "3N = 6, K = 4, DOF = 2" in text
     assert "(M + m) r̈ - M r θ̇² + m g = 0" in text
     assert "θ is cyclic" in text
@@ -40,6 +44,19 @@ def test_masses_through_the_hole_reduce_to_one():
     start = {r["coordinate"]: r["start"] for r in reduced["recovered"]}["theta"]
     state, mass = moved["state"], 2.0
     assert mass * state["r"] ** 2 * state["dot(theta)"] == pytest.approx(start, rel=1e-8)
+
+
+def test_a_start_in_letters_gives_the_angular_velocity_in_letters():
+    written = Path(scene("masses_through_hole")).read_text(encoding="utf-8")
+    for number, letters in (
+        ("l: 2.0}", "l: 2.0, R: 1.0, omega0: 3.0}"),
+        ("r: 1.0,", "r: R,"),
+        ("dot(theta): 3.0", "dot(theta): omega0"),
+    ):
+        written = written.replace(number, letters)
+    text = succeed("derive", "-", "--form", "routhian", input=written)
+    assert "At the start p_θ = M R² ω0." in text
+    assert "θ̇ = p_θ / (M r²) = R² ω0 / r²" in text
 
 
 @pytest.mark.parametrize(

@@ -65,9 +65,7 @@ FRENCH = {
     "{count} one-sided constraint": "{count} liaison unilatérale",
     "{count} one-sided constraints": "{count} liaisons unilatérales",
     "{count} constraint built into the positions": ("{count} liaison contenue dans les positions"),
-    "{count} constraints built into the positions": (
-        "{count} liaisons contenues dans les positions"
-    ),
+    "{count} constraints built into the positions": "{count} liaisons contenues dans les positions",
     "(implied)": "(implicites)",
     "Constraints": "Liaisons",
     "Constraints:": "Liaisons\u00a0:",
@@ -343,6 +341,7 @@ FRENCH = {
     "The force {name} on {place}:": "La force {name} sur {place}\u00a0:",
     "It does no virtual work.": "Elle n'effectue aucun travail virtuel.",
     "Together:": "Ensemble\u00a0:",
+    "{force} is a torque: {q} is an angle.": "{force} est un moment, car {q} est un angle.",
     "Constraints with multipliers": "Liaisons avec multiplicateurs",
     "Beside the equations of motion {listed} vanishes.": (
         "En plus des équations du mouvement, {listed} s'annule."

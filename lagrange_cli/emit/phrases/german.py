@@ -333,9 +333,7 @@ GERMAN = {
         "Die Geschwindigkeiten werden noch einmal nach der Zeit abgeleitet."
     ),
     "Virtual displacements": "Virtuelle Verrückungen",
-    "Coordinates are displaced at a fixed time:": (
-        "Die Koordinaten werden zu fester Zeit verrückt:"
-    ),
+    "Coordinates are displaced at a fixed time:": "Die Koordinaten werden zu fester Zeit verrückt:",
     "Kinetic energy": "Kinetische Energie",
     "Potential energy": "Potentielle Energie",
     "Generalized potential": "Verallgemeinertes Potential",
@@ -346,6 +344,7 @@ GERMAN = {
     "The force {name} on {place}:": "Die Kraft {name} auf {place}:",
     "It does no virtual work.": "Sie leistet keine virtuelle Arbeit.",
     "Together:": "Zusammen:",
+    "{force} is a torque: {q} is an angle.": "{force} ist ein Drehmoment: {q} ist ein Winkel.",
     "Constraints with multipliers": "Zwangsbedingungen mit Multiplikatoren",
     "Beside the equations of motion {listed} vanishes.": (
         "Neben den Bewegungsgleichungen gilt, dass {listed} verschwindet."

@@ -130,6 +130,7 @@ def generalized_forces(writer: StepsWriter) -> Section | None:
         *_virtual_work(writer),
         *(block for force in writer.steps.forces for block in _force(writer, force)),
         *_several(writer),
+        *_torques(writer),
     )
 
 
@@ -195,3 +196,14 @@ def _several(writer: StepsWriter) -> Iterator[Block]:
     if rows:
         yield Title(writer.say("Together:"))
         yield formulas(rows)
+
+
+def _torques(writer: StepsWriter) -> Iterator[Block]:
+    """Say which generalized forces have the dimension of work: those on angles."""
+    letters, dimensions = writer.letters, writer.equations.presentation.units.dimensions
+    acted_on = {q for force in writer.steps.forces for q, _ in force.generalized}
+    for c in writer.equations.system.coordinates:
+        if c.q in acted_on and dimensions.get(c.name) == "rad":
+            angle = writer.coordinate(c)
+            force, q = letters.inline(letters.below("Q", angle)), letters.inline(angle)
+            yield Words(writer.say("{force} is a torque: {q} is an angle.", force=force, q=q))
