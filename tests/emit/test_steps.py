@@ -263,6 +263,11 @@ def test_the_same_as_lagrange_and_newton(capsys: pytest.CaptureFixture[str]) -> 
     assert newton[2:] == ["m z̈ = m (2 a x ẍ + 2 a ẋ²)", "F_z = -m g"]
 
 
+def test_newton_of_a_body_without_constraint_forces(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = [str(SCENES["thrown_ball"]), "--by", "dalembert", "--forces"]
+    assert lines(capsys, scene, "Newton's equations") == ["m_i r̈_i = F_i", "F_z = -m g"]
+
+
 # -- letters and text of a scene -----------------------------------------------------
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.phrases.equations import is_generalized_potential
+from lagrange_cli.emit.phrases.forces import force_rows
 from lagrange_cli.emit.steps.by_lagrange import equation, lagrange_law, multiplier_terms
 from lagrange_cli.emit.steps.energies import lagrangian_row
 from lagrange_cli.emit.steps.sections import (
@@ -192,7 +193,7 @@ def comparison(writer: StepsWriter) -> Section | None:
 
 
 def newton_equations(writer: StepsWriter) -> Section | None:
-    """m r̈ = F + f of each particle, where constraint forces f are derived."""
+    """m r̈ = F + f of each particle, where constraint forces f, which may be none, are derived."""
     forces = writer.equations.derivation.constraint_forces
     if forces is None:
         return None
@@ -206,9 +207,12 @@ def newton_equations(writer: StepsWriter) -> Section | None:
             blocks.append(formulas(rows))
     if not blocks:
         return None
+    law = f"{inertia} = {letters.vector(writer.force_letter)}"
+    if not (forces.shared or list(force_rows(forces))):
+        return section(writer.say("Newton's equations"), Law(law), *blocks)
     return section(
         writer.say("Newton's equations"),
-        Law(f"{inertia} = {letters.vector(writer.force_letter)} + {letters.vector('f')}"),
+        Law(f"{law} + {letters.vector('f')}"),
         Words(writer.say("The constraint forces that make up the difference are listed below.")),
         *blocks,
     )
