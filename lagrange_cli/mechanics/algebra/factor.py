@@ -50,6 +50,33 @@ def common_factor(terms: list[sp.Expr]) -> sp.Expr:
     return scaled(number, product)
 
 
+def alike_oriented(products: Sequence[sp.Expr], written: Iterable[sp.Expr]) -> list[sp.Expr]:
+    """Write sums among the factors of products that are negatives of each other as one of them.
+
+    That is the one among sums that are ``written``, or the first.
+    """
+    oriented: dict[sp.Expr, sp.Expr] = {}
+    for whole in written:
+        if whole not in oriented:
+            oriented[-whole] = whole
+    return [_oriented(product, oriented) for product in products]
+
+
+def _oriented(product: sp.Expr, oriented: dict[sp.Expr, sp.Expr]) -> sp.Expr:
+    """Turn the sums of a product to those that are known; ``oriented`` is the negative of each."""
+    number, others = product.as_coeff_Mul(rational=True)
+    factors = []
+    for factor in sp.Mul.make_args(others):
+        base, exponent = factor.as_base_exp()
+        if base.is_Add and exponent.is_Integer and base in oriented:
+            factor = oriented[base] ** exponent
+            number = -number if exponent % 2 else number
+        elif base.is_Add:
+            oriented.setdefault(-base, base)
+        factors.append(factor)
+    return scaled(number, sp.Mul(*factors))
+
+
 def scaled(number: sp.Rational, product: sp.Expr) -> sp.Expr:
     """Multiply by a number that SymPy would distribute over a sum; keep the sum a factor."""
     if product.is_Add and number != 1:

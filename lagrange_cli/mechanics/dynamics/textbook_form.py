@@ -1,12 +1,11 @@
 """The textbook form of the equations of motion.
 
 Terms are ordered by ddot, dot, none, multipliers. A common factor is divided out when it is
-a number, a mass, or a parameter or coordinate that is declared positive, since that can never hide
-anything. The equation of a cyclic coordinate is left as it is unless it is a plain sum of
-accelerations: it reads ṗ = 0 with the momentum that is reported beside it, and is printed so
-where its terms are longer. Any other coordinate is divided out
-only where the scene's ``expect`` writes the equation so, since that hides a
-singular point.
+a number, holds no coordinate, or only those that are declared positive, since that can never hide
+anything: where it is zero the mass matrix is singular. The equation of a cyclic coordinate is left
+as it is unless it is a plain sum of accelerations: it reads ṗ = 0 with the momentum that is
+reported beside it, and is printed so where its terms are longer. Any other coordinate is divided
+out only where the scene's ``expect`` writes the equation so, since that hides a singular point.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.factor import (
+    alike_oriented,
     common_factor,
     factored,
     group_by_velocities,
@@ -164,11 +164,11 @@ def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> Sh
     cleared = rows.regrouped(groups, roots) if roots != 1 else None
     if cleared is not None and _length(cleared) < _length(groups):
         whole = rows.divisor(cleared)
-        divisor = _harmless(whole, rows.harmless, cyclic=False)
+        divisor = rows.harmless(whole, cleared)
         return ShownEquation(name, _divided(cleared, divisor), roots * divisor)
     whole = rows.divisor(groups)
     is_plain = all(factor in rows.accelerations for _, factor in groups)
-    divisor = _harmless(whole, rows.harmless, cyclic and not is_plain)
+    divisor = sp.Integer(1) if cyclic and not is_plain else rows.harmless(whole, groups)
     if asked is not None and not cyclic and (whole / divisor).free_symbols:
         candidate = ShownEquation(name, _divided(groups, whole), whole)
         if asked(candidate.residual):
@@ -184,6 +184,7 @@ class _Rows:
     def __init__(self, system: RowSystem, decimals: frozenset[Fraction]) -> None:
         self.system = system
         self.decimals = decimals
+        self.written = [sp.Add(*terms) for terms in system.sums]
         #: Sums with coordinates that the scene wrote, of a few terms.
         self.brackets = [
             sp.Add(*terms)
@@ -197,8 +198,9 @@ class _Rows:
             if all(symbols_in(t) <= system.constants for t in terms)
         ]
         self.parameters = system.constants
-        #: Symbols that a common factor may hold which is divided out.
-        self.harmless = self.parameters.union(c.q for c in system.coordinates if c.is_positive)
+        #: Coordinates, and what moves with them.
+        self.moving = frozenset(s for c in system.coordinates for s in (c.q, c.v, c.a))
+        self.positive = frozenset(c.q for c in system.coordinates if c.is_positive)
         self.accelerations = frozenset(c.a for c in system.coordinates)
         self.order = {c.v: k for k, c in enumerate(system.coordinates)}
         #: Powers in the products of parameters that have a name: of the reduced mass.
@@ -240,7 +242,8 @@ class _Rows:
                 (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
             )
         terms.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
-        return [(c, f) for c, f in terms if c != 0]
+        coefficients = alike_oriented([c for c, _ in terms], self.written)
+        return [(c, f) for c, (_, f) in zip(coefficients, terms, strict=True) if c != 0]
 
     def _linear_together(
         self, terms: Sequence[tuple[sp.Expr, sp.Expr]]
@@ -294,6 +297,25 @@ class _Rows:
         inertia = [c for c, f in groups if f in self.accelerations]
         turned = inertia and all(_is_negative(c) for c in inertia)
         return scaled(-number if turned else number, factor)
+
+    def harmless(self, whole: sp.Expr, groups: Sequence[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+        """The part of a common factor whose division hides no motion.
+
+        It is never zero, or holds nothing that moves and is a factor of the accelerations too:
+        where it is zero, a row of the mass matrix is, and the equations determine no motion.
+        """
+        number, symbolic = whole.as_coeff_Mul(rational=True)
+        is_inertial = any(f in self.accelerations for _, f in groups)
+        factors = []
+        for factor in sp.Mul.make_args(symbolic):
+            moving = symbols_in(factor) & self.moving
+            is_power = factor.as_base_exp()[1].is_positive
+            is_positive = factor.is_positive and (
+                moving <= self.positive or isinstance(factor, _POSITIVE)
+            )
+            if is_positive or (is_inertial and is_power and not moving):
+                factors.append(factor)
+        return scaled(number, sp.Mul(*factors))
 
     def takes_apart(self, coefficient: sp.Expr, divisor: sp.Expr) -> bool:
         """Tell whether a quotient no longer holds a product that has a name."""
@@ -368,20 +390,6 @@ def _cleared(
             if is_sum and exponent.is_Integer and exponent < 0:
                 powers[base] = min(exponent, powers.get(base, exponent))
     return sp.Mul(*(base**exponent for base, exponent in powers.items()))
-
-
-def _harmless(whole: sp.Expr, known: frozenset[sp.Symbol], cyclic: bool) -> sp.Expr:
-    """The part of a common factor that is never zero: numbers, masses, positive parameters and
-    coordinates."""
-    if cyclic:
-        return sp.Integer(1)
-    number, symbolic = whole.as_coeff_Mul(rational=True)
-    factors = [
-        f
-        for f in sp.Mul.make_args(symbolic)
-        if f.is_positive and (f.free_symbols <= known or isinstance(f, _POSITIVE))
-    ]
-    return scaled(number, sp.Mul(*factors))
 
 
 def _divided(

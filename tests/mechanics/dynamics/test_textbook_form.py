@@ -111,13 +111,17 @@ def stretched(parameter: str) -> Equations:
     )
 
 
-def test_a_parameter_is_divided_out_only_where_it_is_positive() -> None:
-    e = stretched("{value: 2, positive: true}")
+@pytest.mark.parametrize("length", ["{value: 2, positive: true}", "2", "-2"])
+def test_a_parameter_of_the_accelerations_is_divided_out(length) -> None:
+    e = stretched(length)
     assert equals(e.derivation.shown[0].residual, e, "l*ddot(q) + g*sin(q)")
-    e = stretched("2")
-    assert equals(e.derivation.shown[0].residual, e, "l^2*ddot(q) + g*l*sin(q)")
-    e = stretched("-2")
-    assert equals(e.derivation.shown[0].residual, e, "l^2*ddot(q) + g*l*sin(q)")
+
+
+def test_a_factor_that_vanishes_at_times_is_divided_out() -> None:
+    e = derived(
+        "coordinates: [q]\nkinetic: {T: (1 - t)^2*dot(q)^2/2}\npotentials: {V: (t - 1)*q^2}\n"
+    )
+    assert equals(e.derivation.shown[0].residual, e, "(t - 1)*ddot(q) + 2*dot(q) + 2*q")
 
 
 def test_numbers_are_divided_out() -> None:
