@@ -255,6 +255,11 @@ def value_and_unit(text: str) -> tuple[str, str] | None:
     return (match[1], unit) if not powers or any(base in powers for base in BASES) else None
 
 
+def or_product(value: str, unit: str) -> str:
+    """Return the end of a hint at a number with a unit that may be meant for a product."""
+    return f", for a product {value}*{unit}" if unit.isidentifier() else ""
+
+
 class _Reader:
     """Reads products of powers from the front of a list of tokens."""
 

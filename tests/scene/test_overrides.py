@@ -58,6 +58,11 @@ def test_digest_is_that_of_the_text() -> None:
             "   declare it in 'parameters', 'coordinates' or 'definitions'",
         ),
         (
+            {"parameters": {"k": "9.81 N/m"}},
+            "-p k:1:3: '9.81 N/m' is a number with a unit\n    1 | k=9.81 N/m\n"
+            "      |   ^^^^^^^^\n   write -p k=9.81, in the units of the scene",
+        ),
+        (
             {"parameters": {"m": "b"}},
             "<text>:2:14: parameters go in a circle: m -> b -> m\n"
             "    2 | parameters: {m: 1, k: {unit: N/m}, b: 2*m}\n      |              ^",

@@ -28,7 +28,7 @@ from lagrange_cli.scene.model import (
 from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.overrides import given_size
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
-from lagrange_cli.scene.unit_table import value_and_unit
+from lagrange_cli.scene.unit_table import or_product, value_and_unit
 
 AXES = ("x", "y", "z")
 
@@ -91,11 +91,10 @@ def _number(node: SourceNode, what: str, form: str, reading: Reading) -> Express
     """Read the value of a parameter; ``form`` says how it is written with a unit."""
     if not isinstance(node, Scalar) or (parts := value_and_unit(node.text)) is None:
         return reading.expression(node, what)
-    product = f", for a product {'*'.join(parts)}" if parts[1].isidentifier() else ""
     reading.problems.add(
         f"{shown(node.text)} is a number with a unit",
         node.mark,
-        hint=f"write {form.format(*parts)}{product}",
+        hint=f"write {form.format(*parts)}{or_product(*parts)}",
         rule="syntax",
     )
     return None

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from lagrange_cli.errors import Mark
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.language.families import read_expression, whole_number
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.unit_table import or_product, value_and_unit
 
 _VELOCITY = re.compile(r"\s*dot\s*\(\s*(.*\S)\s*\)\s*")
 
@@ -95,5 +96,11 @@ def _given(
     mark = Mark(f"{option} {name}", 1, 1, shown, max(1, len(name)))
     with problems.collect():
         origin = replace(mark, column=len(name) + 2, length=max(1, len(text)))
+        if parts := value_and_unit(text):
+            hint = (
+                f"write {option} {name}={parts[0]}, in the units of the scene{or_product(*parts)}"
+            )
+            said = f"'{text}' is a number with a unit"
+            raise InputError(Problem(said, origin, hint, "syntax"))
         return read_expression(text, origin, values=sizes), mark
     return None, mark
