@@ -114,7 +114,8 @@ def counts(call: str, members: int, seed: int) -> Counts:
         count, until = members // 3, 20.0
         values = {
             "x": rng.uniform(0.5, 2, count),
-            "w": rng.uniform(0.3, 2, count),
+            # Up to a whole turn between two of the fewest samples.
+            "w": 10.0 ** rng.uniform(-0.5, 1.2, count),
             "a": rng.uniform(-0.4, 0.4, count),
             "b": 10.0 ** rng.uniform(-9, -1, count),
         }

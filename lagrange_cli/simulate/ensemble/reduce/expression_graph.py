@@ -71,6 +71,10 @@ class Node:
     def __abs__(self) -> Node:
         return Node("abs", self)
 
+    def __gt__(self, second: float) -> bool:
+        # Texts compare to tell whether a state has accelerations; graphs are of those that have.
+        return True
+
 
 #: Functions of programs that texts call, by their names there.
 _CALLED = {
@@ -93,6 +97,8 @@ class Outputs:
         Numbers of the present pieces of recorded inputs.
     values
         Name of an output → its graph.
+    rates
+        Time derivatives of the state; None if they need more than numbers.
     """
 
     t: Node
@@ -100,6 +106,7 @@ class Outputs:
     parameters: tuple[Node, ...]
     inputs: tuple[Node, ...]
     values: Mapping[str, Node | float]
+    rates: tuple[Node | float, ...] | None
 
 
 def outputs_of(model: Model, inputs: int) -> Outputs | None:
@@ -122,12 +129,17 @@ def _traced(
     pieces = pieces[parameters:]
     functions = {text: partial(Node, name) for text, name in _CALLED.items()}
     arguments = [lambda *_: pieces] if inputs else []
+    called = over_objects(code, functions)
     try:
-        values = over_objects(code, functions)("outputs", t, state, known, *arguments)
+        values = called("outputs", t, state, known, *arguments)
     except UnfitError:
         return None
     made = dict(zip(names, values, strict=False))
-    return Outputs(t, tuple(state), tuple(known), tuple(pieces), made)
+    try:
+        rates = tuple(called("rhs", t, state, known, *arguments))
+    except UnfitError:
+        rates = None
+    return Outputs(t, tuple(state), tuple(known), tuple(pieces), made, rates)
 
 
 @dataclass
@@ -144,6 +156,11 @@ class Domain:
 
     partly: Flags
     nowhere: Flags
+
+    @classmethod
+    def whole(cls, count: int) -> Domain:
+        """Return flags of places none of which is known to be without a value."""
+        return cls(np.zeros(count, bool), np.zeros(count, bool))
 
     def require(self, u: Series, least: float, most: float) -> None:
         """Note where an argument is not between bounds."""

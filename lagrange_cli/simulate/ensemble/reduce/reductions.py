@@ -14,8 +14,10 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.reduce.dense_motion import Numbers
-from lagrange_cli.simulate.ensemble.reduce.enclosures import Enclosures, Expression, Intervals
+from lagrange_cli.simulate.ensemble.reduce.enclosures import Enclosures, Expression
 from lagrange_cli.simulate.ensemble.reduce.expression_graph import Flags
+from lagrange_cli.simulate.ensemble.reduce.motion_series import Intervals
+from lagrange_cli.simulate.ensemble.reduce.poles import rises_beyond_bounds
 
 #: Parts into which an interval is divided, and divisions of a panel, to its last places.
 _PARTS, _DIVISIONS = 4, 24
@@ -28,9 +30,6 @@ _MOST_PROMISING = 64
 
 #: Part of the error of the state beside which bounds are close enough, and part of a number itself.
 _CLOSE, _LAST_PLACES = 0.1, 1e-13
-
-#: Growth of values towards a place without bounds, over those elsewhere, that makes it a pole.
-_GROWS = 1e4
 
 #: Result of a reduction: numbers and bounds of their errors, each of shape (members,).
 Reduced = tuple[Array, Array]
@@ -54,10 +53,10 @@ def _behind(intervals: Intervals, members: int, high: Array) -> Flags:
 
 def _largest(expression: Expression) -> Reduced:
     """Return the largest values."""
-    members = len(expression.motions)
+    members = len(expression.along.motions)
     best, upper = np.full((2, members), -np.inf)
     undefined = np.zeros(members, bool)
-    intervals = Intervals.whole(members, len(expression.panels.edges))
+    intervals = Intervals.whole(members, len(expression.along.panels.edges))
     rough = expression.bounds(intervals)
     undefined[intervals.member[rough.nowhere]] = True
     intervals = _promising(expression, intervals, rough, best)
@@ -82,7 +81,7 @@ def _largest(expression: Expression) -> Reduced:
     unbounded = np.isinf(upper)
     number[unbounded], error[unbounded] = best[unbounded], np.inf
     if unbounded.any():
-        number[unbounded & _is_pole(expression, best)] = np.inf
+        number[rises_beyond_bounds(expression.along, expression.graph, unbounded)] = np.inf
     return np.where(undefined, np.nan, number), np.where(undefined, np.inf, error)
 
 
@@ -92,16 +91,6 @@ def _promising(
     """Return the panels that may hold the largest value of a member."""
     np.maximum.at(best, intervals.member[~rough.partly], rough.low[~rough.partly])
     return intervals.only(~rough.nowhere & (rough.high >= best[intervals.member]))
-
-
-def _is_pole(expression: Expression, best: Array) -> Flags:
-    """Tell whether the largest values bounds are far beyond those in the middles of panels."""
-    members, panels = len(expression.motions), len(expression.panels.edges)
-    known = expression.enclosed(Intervals.whole(members, panels))
-    sizes = np.abs(known.middle_low.reshape(members, panels))
-    usual = np.median(np.where(np.isfinite(sizes), sizes, np.nan), axis=1)
-    with np.errstate(all="ignore"):
-        return np.asarray(best > _GROWS * usual)
 
 
 def _middle(low: Array, high: Array) -> Reduced:
@@ -119,18 +108,18 @@ def _least(expression: Expression) -> Reduced:
 @np.errstate(invalid="ignore")
 def _mean(expression: Expression) -> Reduced:
     """Integrate Taylor polynomials over intervals."""
-    members = len(expression.motions)
+    members = len(expression.along.motions)
     low, high = np.zeros((2, members))
     undefined = np.zeros(members, bool)
-    begin, end = expression.motions.span
+    begin, end = expression.along.motions.span
     size, spread = np.zeros((2, members))
-    intervals = Intervals.whole(members, len(expression.panels.edges))
+    intervals = Intervals.whole(members, len(expression.along.panels.edges))
     for division in range(_DIVISIONS + 1):
         if not len(intervals):
             break
         known, member = expression.enclosed(intervals), intervals.member
         undefined[member[known.nowhere]] = True
-        first, last = expression.times(intervals)
+        first, last = expression.along.times(intervals)
         share = (last - first) / (end - begin)
         middle, width = _middle(known.mean_low, known.mean_high)
         finite = np.isfinite(middle) & np.isfinite(width)
@@ -158,11 +147,11 @@ def _first(expression: Expression) -> Reduced:
 
     The error is infinite where it is open whether values come above zero before.
     """
-    members = len(expression.motions)
+    members = len(expression.along.motions)
     certain, possible = np.full(members, np.inf), np.full(members, np.inf)
     open_time = np.zeros(members)
     left_open: list[tuple[Numbers, Array, Array]] = []
-    intervals = Intervals.whole(members, len(expression.panels.edges))
+    intervals = Intervals.whole(members, len(expression.along.panels.edges))
     rough = expression.bounds(intervals)
     intervals = intervals.only(~rough.nowhere & (rough.high > 0))
     for division in range(_DIVISIONS + 1):
@@ -170,7 +159,7 @@ def _first(expression: Expression) -> Reduced:
             break
         member = intervals.member
         known = expression.enclosed(intervals, np.zeros(len(intervals)))
-        first, last = expression.times(intervals)
+        first, last = expression.along.times(intervals)
         whole = (known.low > 0) & ~known.partly
         np.minimum.at(certain, member[whole], first[whole])
         inside = known.middle_low > 0
@@ -204,7 +193,7 @@ def _first_times(
 ) -> Reduced:
     """Return numbers and errors from the first times at which a condition may hold and does."""
     possible = np.minimum(possible, certain)
-    last_place = np.spacing(np.abs(expression.motions.span).max())
+    last_place = np.spacing(np.abs(expression.along.motions.span).max())
     with np.errstate(invalid="ignore"):
         gap = certain - possible
         # Open intervals that do not reach the first certain time are another passage.

@@ -11,15 +11,14 @@ import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.plan import MemberMotion, Selection
-from lagrange_cli.simulate.ensemble.reduce.dense_motion import Motions, Panels, Piece
+from lagrange_cli.simulate.ensemble.reduce.defects import series_along
+from lagrange_cli.simulate.ensemble.reduce.dense_motion import Motions, Piece
 from lagrange_cli.simulate.ensemble.reduce.enclosures import Expression
-from lagrange_cli.simulate.ensemble.reduce.expression_graph import outputs_of
 from lagrange_cli.simulate.ensemble.reduce.reductions import REDUCTIONS, Reduced
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.model.requested_outputs import reduction_outputs
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.system.inputs import read_recorded_inputs
 from lagrange_cli.simulate.system.rounding import parameter_values
 
 #: Panels of motions that are looked at at a time.
@@ -30,7 +29,7 @@ _MOST_PANELS = 50_000
 _LEFT_OUT, _FINER = 0.1, 4
 
 #: Runs with closer samples, and most samples of these.
-_MOST_RUNS, _MOST_SAMPLES = 4, 100_000
+_MOST_RUNS, _MOST_SAMPLES = 8, 100_000
 
 
 @dataclass(frozen=True)
@@ -108,27 +107,23 @@ class Selector:
         ``motions`` is None where nothing is known. ``ended``: the motions reach the last sample;
         of others only first times are known.
         """
-        if motions is None:
+        reductions = self.selection.reductions
+        if motions is None or not reductions:
             return self._unknown()
-        numbers_found: dict[str, list[Reduced]] = {r.text: [] for r in self.selection.reductions}
-        recorded = read_recorded_inputs(self.model.recordings) if numbers_found else None
-        pieces = None if recorded is None else recorded.pieces
-        width = 0 if pieces is None else pieces.rows.shape[1]
-        outputs = outputs_of(self.model, width) if numbers_found else None
-        for _, some in motions.in_turn(_MOST_PANELS) if numbers_found else ():
-            panels = Panels.of_motions(some)
-            for k, reduction in enumerate(self.selection.reductions):
+        results: dict[str, list[Reduced]] = {r.text: [] for r in reductions}
+        for _, some in motions.in_turn(_MOST_PANELS):
+            along = series_along(self.model, some)
+            for k, reduction in enumerate(reductions):
                 value, *gradient = reduction_outputs(k, len(self.state) // 2)
                 result = np.full(len(some), np.nan), np.full(len(some), np.inf)
-                if outputs is not None and (ended or reduction.kind == "first"):
-                    expression = Expression(outputs, value, tuple(gradient), some, panels, pieces)
-                    result = REDUCTIONS[reduction.kind](expression)
+                if along is not None and (ended or reduction.kind == "first"):
+                    result = REDUCTIONS[reduction.kind](Expression(along, value, tuple(gradient)))
                 if not ended:
                     # The condition may hold after the end of what is known.
                     result[1][np.isnan(result[0])] = np.inf
-                numbers_found[reduction.text].append(result)
+                results[reduction.text].append(result)
         numbers: dict[str, Array] = {}
-        for text, parts in numbers_found.items():
+        for text, parts in results.items():
             number, error = (np.concatenate(each) for each in zip(*parts, strict=True))
             promised = self.accuracy is not None
             numbers[f"reduced/{text}"] = number
@@ -153,7 +148,7 @@ class Selector:
         """
         motion = self.motion(model, result)
         for _ in range(_MOST_RUNS):
-            times = None if motion is None else finer_times(motion, result)
+            times = None if motion is None else finer_times(model, motion, result)
             if times is None or len(times) > _MOST_SAMPLES:
                 break
             result = run(tuple(times.tolist()))
@@ -199,13 +194,14 @@ def _piece(times: Sequence[Any], states: Sequence[Any]) -> list[Piece]:
     return [Piece(nodes, np.concatenate(states)[None])] if len(nodes) > 1 else []
 
 
-def finer_times(motion: Motions, result: Trajectory) -> Array | None:
+def finer_times(model: Model, motion: Motions, result: Trajectory) -> Array | None:
     """Return sample times four times as close where polynomials between samples leave out too much
     beside the accuracy; None where they do not."""
     accuracy, scales = result.requested, np.array([*result.scales.values()])
-    if accuracy is None:
+    along = None if accuracy is None else series_along(model, motion)
+    if accuracy is None or along is None:
         return None
-    panels = Panels.of_motions(motion)
+    panels = along.panels
     wanted = (panels.left_out[:, 0] > _LEFT_OUT * accuracy * scales[:, None]).any(axis=0)
     if not wanted.any():
         return None
