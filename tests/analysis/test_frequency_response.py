@@ -130,6 +130,16 @@ def test_a_mode_that_no_input_moves_is_no_resonance():
     assert channel.static == pytest.approx(2 / 4, rel=1e-9)
 
 
+def test_a_mode_that_an_input_hardly_moves_is_a_resonance():
+    weak = "other: {on: y, force: F + F/10^11}"
+    found = responses(PAIR.replace("other: {on: y, force: F}", weak))
+    both, difference = found.channels
+    assert [p.gain for p in (*both.peaks, *difference.peaks)] == [None, None]
+    assert [p.frequency for p in both.peaks] == [pytest.approx(2, rel=1e-9)]
+    frequencies = [pytest.approx(math.sqrt(10), rel=1e-9)]
+    assert [p.frequency for p in difference.peaks] == frequencies
+
+
 @pytest.mark.slow
 def test_the_command_reports_and_draws(tmp_path):
     scene, arrays = tmp_path / "o.yaml", tmp_path / "o.npz"

@@ -1,20 +1,22 @@
 """Frequency responses G(iω) = C (iω − A)⁻¹ B + D of a linear system of first order.
 
-A is balanced and brought to Hessenberg form once; each frequency is then one backward stable
-solution (A. J. Laub, Efficient multivariable frequency response computations, IEEE Trans. Autom.
-Control 26 (1981) 407), with the rounding bound |L| |iω − A| |X| of its left and right solutions.
-Poles on the imaginary axis are split off by their invariant subspace: where an input moves such a
-motion and an output sees it, the gain is infinite, and reported as such.
+A is balanced by powers of two; each value is one backward stable solution, with the rounding bound
+|L| |s − A| |R| of its left and right solutions L and R (N. J. Higham, Accuracy and Stability of
+Numerical Algorithms, 2nd ed., 2002, ch. 7). The bound holds also the rounding of the matrices to
+doubles, on any processor. Poles on the imaginary axis are told apart by the coefficients of Laurent
+series of G about them, integrals over circles: where one of a negative power is larger than its
+bound an input moves such a motion, an output sees it, and the gain is infinite. Largest gains are
+told where values beside them are smaller by more than the bounds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from scipy.linalg import hessenberg, matrix_balance, schur, solve_sylvester
+from scipy.linalg import matrix_balance
 from scipy.optimize import minimize_scalar
 
 from lagrange_cli.analysis.values import (
@@ -33,14 +35,14 @@ from lagrange_cli.analysis.values import (
 _A_DECADE, _AROUND = 60, (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
 
 #: Part of its size by which a pole may be off the imaginary axis and be on it; part of the largest
-#: below which one is zero, where A is singular.
-_ON_AXIS, _ZERO = 1e-10, 1e-6
+#: below which one is zero, where A is singular; part by which poles on the axis may differ.
+_ON_AXIS, _ZERO, _TOGETHER = 1e-10, 1e-6, 1e-9
 
-#: Singular value of A, and part of a residue's factors, that is rounding.
-_SINGULAR, _UNSEEN = 1e-13, 1e-9
+#: Singular value of A that is rounding.
+_SINGULAR = 1e-13
 
-#: Part by which a gain is above its neighbours at a peak.
-_ABOVE = 1e-9
+#: Points of a circle about a pole, half as far as the next one: powers of 1/2 that are rounding.
+_CIRCLE = 64
 
 _EPSILON = float(np.finfo(float).eps)
 
@@ -55,17 +57,21 @@ def frequency_response(space: StateSpace, low: float, high: float) -> FrequencyR
     """
     system = _System(space)
     frequencies = _frequencies(system, low, high)
-    gains, error = _responses(system, frequencies)
-    channels = tuple(_channels(system, space, frequencies, gains))
+    gains, bounds = _responses(system, frequencies)
+    channels = tuple(_channels(system, space, _Curves(frequencies, gains, bounds)))
+    # The relative error of a gain that vanishes is not defined.
+    seen = np.abs(gains) > bounds
+    worst = float((bounds[seen] / np.abs(gains[seen])).max(initial=0.0))
+    shown = np.where(seen | np.isnan(gains), gains, 0.0)
     return FrequencyResponse(
         low,
         high,
         space.inputs,
         space.outputs,
         frequencies,
-        gains,
+        shown,
         channels,
-        error,
+        worst,
         _settles(system),
     )
 
@@ -96,6 +102,15 @@ class _AxisPart:
     infinite: Matrix
 
 
+@dataclass(frozen=True)
+class _Curves:
+    """Gains over frequencies, shape (m, outputs, inputs), with bounds of their rounding errors."""
+
+    frequencies: Matrix
+    gains: Complexes
+    bounds: Matrix
+
+
 class _System:
     """A balanced linear system, with its poles on the imaginary axis."""
 
@@ -104,94 +119,67 @@ class _System:
         inverse = np.diag(1 / np.diag(scaling))
         self.a, self.b, self.c, self.d = balanced, inverse @ space.b, space.c @ scaling, space.d
         self.poles: Complexes = np.linalg.eigvals(balanced).astype(complex)
-        self.upper, turned = hessenberg(balanced, calc_q=True)
-        self.source, self.seen = turned.T @ self.b, self.c @ turned
+        self.size = float(np.abs(self.poles).max(initial=0.0))
+        self.zero = self._zero_limit()
         self.axis = list(self._axis_parts())
 
-    def at(self, frequency: float) -> tuple[Complexes, Matrix]:
-        """Return G at a frequency, and a bound of its rounding error."""
-        matrix = 1j * frequency * np.eye(len(self.upper)) - self.upper
-        right = np.linalg.solve(matrix, self.source.astype(complex))
-        left = np.linalg.solve(matrix.T, self.seen.T.astype(complex)).T
-        gain: Complexes = np.asarray(self.seen @ right + self.d, dtype=complex)
-        size = np.abs(left) @ np.abs(matrix) @ np.abs(right) + np.abs(self.seen) @ np.abs(right)
-        return gain, len(matrix) * _EPSILON * (size + np.abs(self.d))
+    def at(self, place: complex) -> tuple[Complexes, Matrix]:
+        """Return G at a complex frequency s, and a bound of its rounding error."""
+        matrix = place * np.eye(len(self.a)) - self.a
+        right = np.linalg.solve(matrix, self.b.astype(complex))
+        left = np.linalg.solve(matrix.T, self.c.T.astype(complex)).T
+        gain: Complexes = np.asarray(self.c @ right + self.d, dtype=complex)
+        size = np.abs(left) @ (np.abs(matrix) @ np.abs(right) + np.abs(self.b))
+        size += np.abs(self.c) @ np.abs(right) + np.abs(self.d)
+        return gain, max(1, len(matrix)) * _EPSILON * size
 
     # -- poles on the axis ----------------------------------------------------------------
 
     def _axis_parts(self) -> Iterator[_AxisPart]:
-        size = float(np.abs(self.poles).max(initial=0.0))
-        zero = self._zero_limit(size)
-        if zero > 0:
-            yield _AxisPart(0.0, self._infinite(lambda s: abs(s) <= zero))
+        if self.zero > 0:
+            yield _AxisPart(0.0, self._infinite(0.0, self.zero))
         done: list[float] = []
         for pole in sorted(self.poles, key=lambda s: abs(s.imag)):
             w = abs(float(pole.imag))
-            if abs(pole.real) > _ON_AXIS * size or w <= zero or w == 0:
+            if abs(pole.real) > _ON_AXIS * self.size or w <= self.zero or w == 0:
                 continue
-            if not any(abs(w - earlier) <= 1e-9 * size for earlier in done):
+            if not any(abs(w - earlier) <= _TOGETHER * self.size for earlier in done):
                 done.append(w)
-                near = _NearAxis(w, _ON_AXIS * size, 1e-9 * size)
-                yield _AxisPart(w, self._infinite(near))
+                yield _AxisPart(w, self._infinite(w, _TOGETHER * self.size))
 
-    def _zero_limit(self, size: float) -> float:
+    def _zero_limit(self) -> float:
         """Return the size of poles that are zero but for rounding; 0 where A is regular."""
         values = np.linalg.svd(self.a, compute_uv=False)
         least, largest = values.min(initial=np.inf), values.max(initial=0.0)
-        return _ZERO * size if least <= _SINGULAR * len(values) * largest else 0.0
+        return _ZERO * self.size if least <= _SINGULAR * len(values) * largest else 0.0
 
-    def _infinite(self, chosen: Callable[[complex], bool]) -> Matrix:
-        """Tell for which pairs of output and input the chosen poles have residues."""
-        part, b, c = self._split(chosen)
-        scale = np.abs(self.c).sum(axis=1)[:, None] * np.abs(self.b).sum(axis=0)
-        power = np.eye(len(part), dtype=complex)
-        seen = np.zeros(scale.shape, dtype=bool)
-        largest = max(1.0, float(np.abs(self.a).max(initial=0.0)))
-        for k in range(len(part)):
-            seen |= np.abs(c @ power @ b) > _UNSEEN * scale * largest**k
-            power = part @ power
-        return seen.astype(float)
+    def _infinite(self, frequency: float, within: float) -> Matrix:
+        """Say for which pairs of output and input the poles near iω make the gain infinite."""
+        inside = int((np.abs(self.poles - 1j * frequency) <= within).sum())
+        infinite = np.zeros(self.d.shape, dtype=bool)
+        for power in range(1, inside + 1):
+            coefficient, bound = self._laurent(frequency, within, -power)
+            infinite |= np.abs(coefficient) > bound
+        return infinite.astype(float)
 
-    def _split(self, chosen: Callable[[complex], bool]) -> tuple[Complexes, Complexes, Complexes]:
-        """Return the subsystem on the invariant subspace of the chosen poles."""
-        # The stubs of schur type "sort" for real matrices only.
-        sorted_schur: Any = schur
-        triangular, basis, count = sorted_schur(
-            self.a.astype(complex), output="complex", sort=chosen
-        )
-        first, last = triangular[:count, :count], triangular[count:, count:]
-        coupling_block = triangular[:count, count:]
-        b, c = basis.conj().T @ self.b, self.c @ basis
-        if not len(last):
-            return first, b[:count], c[:, :count]
-        # R with T₁₁ R − R T₂₂ = −T₁₂ decouples the parts.
-        coupling = solve_sylvester(first, -last, -coupling_block)
-        return first, b[:count] - coupling @ b[count:], c[:, :count]
+    def _laurent(self, frequency: float, within: float, power: int) -> tuple[Complexes, Matrix]:
+        """Return a coefficient of the Laurent series of G about iω, and a bound of its error.
+
+        ``within``: the distance of the poles that are taken for iω.
+        """
+        distances = np.abs(self.poles - 1j * frequency)
+        next_one = distances[distances > within].min(initial=np.inf)
+        radius = next_one / 2 if np.isfinite(next_one) else max(1.0, self.size)
+        total, bound = np.zeros(self.d.shape, dtype=complex), np.zeros(self.d.shape)
+        for turn in np.exp(2j * np.pi * (np.arange(_CIRCLE) + 0.5) / _CIRCLE):
+            gain, error = self.at(1j * frequency + radius * turn)
+            total += gain * turn**-power
+            bound += error + _EPSILON * (_CIRCLE + abs(power)) * np.abs(gain)
+        return total * radius**-power / _CIRCLE, bound * radius**-power / _CIRCLE
 
     def static(self) -> Complexes:
         """Return G(0) without the part of poles at zero, shape (outputs, inputs)."""
-        size = float(np.abs(self.poles).max(initial=0.0))
-        zero = self._zero_limit(size)
-        if zero == 0:
-            return self.at(0.0)[0]
-        regular, b, c = self._split(lambda s: abs(s) > zero)
-        if not len(regular):
-            return self.d.astype(complex)
-        static: Complexes = np.asarray(self.d - c @ np.linalg.solve(regular, b), dtype=complex)
-        return static
-
-
-@dataclass(frozen=True)
-class _NearAxis:
-    """Tells whether a pole is one of those at ±iω."""
-
-    frequency: float
-    width: float
-    height: float
-
-    def __call__(self, pole: complex) -> bool:
-        near = abs(abs(pole.imag) - self.frequency) <= self.height
-        return bool(abs(pole.real) <= self.width and near)
+        return self._laurent(0.0, self.zero, 0)[0] if self.zero else self.at(0.0)[0]
 
 
 def _frequencies(system: _System, low: float, high: float) -> Matrix:
@@ -207,40 +195,31 @@ def _frequencies(system: _System, low: float, high: float) -> Matrix:
     return np.unique(np.concatenate([[low], inside, [high]]))
 
 
-def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, float]:
-    """Return gains, set to zero below their rounding error, and its largest relative bound."""
+def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, Matrix]:
+    """Return gains, not a number at undamped poles, with bounds of their rounding errors."""
     shape = len(frequencies), *system.d.shape
-    gains, worst = np.full(shape, np.nan, dtype=complex), 0.0
+    gains, bounds = np.full(shape, np.nan, dtype=complex), np.full(shape, np.inf)
     undamped = {part.frequency for part in system.axis if part.infinite.any()}
     for k, w in enumerate(frequencies.tolist()):
         if w in undamped:
             continue
         try:
-            gains[k], bound = system.at(w)
+            gains[k], bounds[k] = system.at(1j * w)
         except np.linalg.LinAlgError:
             continue
-        size = np.abs(gains[k])
-        # The relative error of a gain that vanishes is not defined.
-        seen = size > bound
-        gains[k] = np.where(seen, gains[k], 0.0)
-        worst = max(worst, float((bound[seen] / size[seen]).max(initial=0.0)))
-    return gains, worst
+    return gains, bounds
 
 
-def _channels(
-    system: _System, space: StateSpace, frequencies: Matrix, gains: Complexes
-) -> Iterator[Channel]:
+def _channels(system: _System, space: StateSpace, curves: _Curves) -> Iterator[Channel]:
     static = system.static()
     at_zero = next((p.infinite for p in system.axis if p.frequency == 0), np.zeros(static.shape))
     for i, output in enumerate(space.outputs):
         for j, source in enumerate(space.inputs):
-            sizes = np.abs(gains[:, i, j])
-            scale = float(np.abs(system.c[i]).sum() * np.abs(system.b[:, j]).sum())
-            if not np.nanmax(sizes, initial=0.0) > 1e-14 * scale:
+            if not (np.abs(curves.gains[:, i, j]) > curves.bounds[:, i, j]).any():
                 continue
             static_gain = None if at_zero[i, j] else float(static[i, j].real)
-            peaks = [*_undamped(system, frequencies, i, j)]
-            peaks += _largest(system, frequencies, sizes, i, j)
+            peaks = [*_undamped(system, curves.frequencies, i, j)]
+            peaks += _largest(system, curves, i, j)
             peaks.sort(key=lambda peak: peak.frequency)
             yield Channel(source, output, static_gain, tuple(peaks))
 
@@ -252,24 +231,38 @@ def _undamped(system: _System, frequencies: Matrix, i: int, j: int) -> Iterator[
             yield ResponsePeak(part.frequency, None, None)
 
 
-def _largest(
-    system: _System, frequencies: Matrix, sizes: Matrix, i: int, j: int
-) -> Iterator[ResponsePeak]:
+def _largest(system: _System, curves: _Curves, i: int, j: int) -> Iterator[ResponsePeak]:
     """Find the largest gains between smaller ones."""
-    for k in range(1, len(frequencies) - 1):
-        around = sizes[k - 1 : k + 2]
-        if not np.isfinite(around).all() or around[1] < max(around[0], around[2]):
-            continue
+    sizes, bounds = np.abs(curves.gains[:, i, j]), curves.bounds[:, i, j]
+    for k in _maxima(sizes - bounds, sizes + bounds):
         # Distances from the middle have more digits than frequencies beside a narrow resonance.
-        low, middle, high = (float(w) for w in frequencies[k - 1 : k + 2])
+        low, middle, high = (float(w) for w in curves.frequencies[k - 1 : k + 2])
         optimum = minimize_scalar(
-            lambda step, centre=middle: -abs(system.at(centre + float(step))[0][i, j]),
+            lambda step, centre=middle: -abs(system.at(1j * (centre + float(step)))[0][i, j]),
             bounds=(low - middle, high - middle),
             method="bounded",
             options={"xatol": 1e-9 * (high - low)},
         )
         place = middle + float(optimum.x)
-        gains, bounds = system.at(place)
-        gain = complex(gains[i, j])
-        if abs(gain) > (1 + _ABOVE) * min(around[0], around[2]) + 3 * bounds[i, j]:
-            yield ResponsePeak(place, abs(gain), float(np.angle(gain)))
+        gain = complex(system.at(1j * place)[0][i, j])
+        if abs(gain) < sizes[k]:
+            place, gain = middle, complex(curves.gains[k, i, j])
+        yield ResponsePeak(place, abs(gain), float(np.angle(gain)))
+
+
+def _maxima(lower: Matrix, upper: Matrix) -> Iterator[int]:
+    """Number the values of a curve that are above earlier and later ones, whatever their errors.
+
+    ``lower``, ``upper``: what a value is at least and at most; not a number where it is infinite.
+    """
+    floor, best = np.inf, -1
+    for k, (least, most) in enumerate(zip(lower.tolist(), upper.tolist(), strict=True)):
+        if np.isnan(least):
+            floor, best = np.inf, -1
+        elif best >= 0 and most < lower[best]:
+            yield best
+            floor, best = most, -1
+        else:
+            if least > (floor if best < 0 else lower[best]):
+                best = k
+            floor = min(floor, most)
