@@ -65,6 +65,8 @@ class Expected:
         Its family, and V over x, y and p.
     roots
         All equilibria x of V(x), in 120 digits; of endless ones a few of them, and ``endless``.
+    turns
+        True if x is an angle: roots a turn apart are one.
     near
         Coordinates near which one is.
     mixed
@@ -79,6 +81,7 @@ class Expected:
     potential: str
     roots: tuple[mpf, ...] = ()
     endless: bool = False
+    turns: bool = False
     near: float = 0.1
     mixed: tuple[float, float, float] | None = None
     marks: tuple[tuple[mpf, tuple[str, ...]], ...] = ()
@@ -183,6 +186,20 @@ def waves(rng: np.random.Generator) -> Expected:
     return Expected("waves", f"{z} - sin({z})", tuple(places), endless=True, near=float(c) + 0.1)
 
 
+def turns(rng: np.random.Generator) -> Expected:
+    """sin(x − a), or a product of three, for V′ of an angle: roots a, b, c and half a turn on."""
+    a, b, c = (_decimal(rng, -2, 2) for _ in range(3))
+    if rng.uniform() < 0.3:
+        b = a
+    places, potential = [a], f"-cos(x - ({a}))"
+    if rng.uniform() < 0.7:
+        places = list(dict.fromkeys([a, b, c]))
+        shifts = (a + b - c, a - b + c, b + c - a)
+        potential = " ".join(f"- cos(x - ({s}))" for s in shifts) + f" + cos(3*x - ({a + b + c}))/3"
+    numbers = [mpf(x.p) / x.q + half * mpmath.pi for x in places for half in (0, 1)]
+    return Expected("turns", potential, tuple(numbers), turns=True)
+
+
 def remainders(rng: np.random.Generator) -> Expected:
     """What is left of cos, sinh or cosh beyond their first terms: one root of a high order."""
     c, terms = _decimal(rng, -1, 1), int(rng.integers(1, 4))
@@ -249,7 +266,7 @@ def branches(rng: np.random.Generator) -> Expected:
     )
 
 
-KINDS = (roots, roots, waves, remainders, fading, misses, branches, branches)
+KINDS = (roots, roots, waves, turns, remainders, fading, misses, branches, branches)
 
 
 @dataclass
@@ -296,12 +313,11 @@ def _judge_equilibria(expected: Expected, found: Equilibria, result: Outcome) ->
         b, c, _ = expected.mixed or (0.0, 0.0, 0.0)
         b, c = mpf(str(b)), mpf(str(c))
         s = numbers[0] + (b * numbers[1] if expected.mixed else 0)
-        nearest = min(
-            range(len(expected.roots)), key=lambda k: abs(expected.roots[k] - s), default=None
-        )
+        gaps = [_gap(expected, root, s) for root in expected.roots]
+        nearest = min(range(len(gaps)), key=gaps.__getitem__, default=None)
         room = 20 * max(mpf(point.uncertainty), mpf(10) ** -45) * max(1, abs(s))
         off_curve = expected.mixed and abs(numbers[1] + c * s**2) > room * 20
-        if nearest is None or abs(expected.roots[nearest] - s) > room or off_curve:
+        if nearest is None or gaps[nearest] > room or off_curve:
             result.false.append(f"no equilibrium at {mpmath.nstr(s, 20)}")
             continue
         if nearest in matched:
@@ -326,10 +342,16 @@ def _judge_equilibria(expected: Expected, found: Equilibria, result: Outcome) ->
             result.false.append("these are all")
 
 
+def _gap(expected: Expected, root: mpf, x: mpf) -> mpf:
+    gap = abs(root - x)
+    turn = 2 * mpmath.pi
+    return abs(gap - turn * mpmath.nint(gap / turn)) if expected.turns else gap
+
+
 def _is_minimum(expected: Expected, number: int) -> bool:
     """Say whether V is larger on both sides of a root, nearer than the next ones."""
     x = expected.roots[number]
-    others = [abs(r - x) for k, r in enumerate(expected.roots) if k != number]
+    others = [_gap(expected, r, x) for k, r in enumerate(expected.roots) if k != number]
     step = min([mpf("0.001"), *(gap / 4 for gap in others)])
     here = expected.value(x, mpf(0))
     return all(expected.value(x + side * step, mpf(0)) > here for side in (-1, 1))

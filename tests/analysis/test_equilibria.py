@@ -53,6 +53,44 @@ def test_hoop_at_its_critical_rate_is_decided_by_the_fourth_order():
     assert "higher order" in point.stability.reason
 
 
+def turning(potential, coordinate="theta"):
+    return f"""\
+coordinates: {{{coordinate}}}
+kinetic: {{T: dot(theta)^2/2}}
+potentials: {{V: {potential}}}
+near: {{theta: 0.1}}
+"""
+
+
+@pytest.mark.parametrize("coordinate", ["theta: {}", "theta: {unit: rad}"])
+def test_roots_of_angles_with_radicals_are_not_lost(coordinate):
+    """cos θ is put for sin θ: 4 sin² θ − 5 sin θ − 2 = 0, of which one root is a sine."""
+    found = analyzed(turning("-cos(theta) + sin(2*theta)/5", coordinate)).equilibria
+    angle = math.asin((5 - math.sqrt(57)) / 8)
+    assert found.complete
+    assert [float(p.position[0]) for p in found.points] == [
+        pytest.approx(angle, rel=1e-14),
+        pytest.approx(math.pi - angle, rel=1e-14),
+    ]
+
+
+def test_a_coordinate_without_places_is_an_angle_where_all_terms_repeat():
+    found = analyzed(turning("-cos(theta)", "theta: {}")).equilibria
+    assert found.complete
+    assert [float(p.position[0]) for p in found.points] == [0, pytest.approx(math.pi)]
+
+
+@pytest.mark.parametrize("coordinate", ["theta: {unit: m}", "theta: {}", "theta: {unit: rad}"])
+def test_a_turn_apart_is_elsewhere_where_a_term_or_the_unit_says_so(coordinate):
+    """With an inertia of 1 + θ² a turn changes the equations of motion, not the forces at rest."""
+    text = turning("-cos(theta)", coordinate)
+    if "unit: m}" not in coordinate:
+        text = text.replace("dot(theta)^2/2", "(1 + theta^2)*dot(theta)^2/2")
+    found = analyzed(text).equilibria
+    assert not found.complete
+    assert sum(p.stability.verdict == "stable" for p in found.points) > 1
+
+
 def quartic(potential):
     return f"""\
 particles: {{ball: {{mass: 2, position: [x, 0, 0]}}}}

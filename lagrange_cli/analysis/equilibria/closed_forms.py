@@ -210,7 +210,7 @@ class Solver:
                 remaining.append(equation)
             elif equation.has(sp.zoo, sp.nan, sp.oo):
                 return None
-            elif equation != 0 and not vanish(equation):
+            elif equation != 0 and not _vanish(written) and not _is_zero(equation):
                 remaining.append(equation)
         return replace(branch, equations=tuple(remaining))
 
@@ -396,7 +396,7 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
             c.q.is_positive and e.is_nonpositive for c, e in zip(coordinates, exact, strict=True)
         ):
             return None
-        if not vanish(*placed):
+        if not _vanish(*placed):
             raise _BudgetError
         return point
     residuals = [e.xreplace(values) for e in everything]
@@ -409,7 +409,7 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
             numbers, uncertainty = system.numbers([*exact, *forces])
         except DomainError:
             raise _BudgetError from None
-        if not vanish(*placed) and not all_vanish(residuals, at):
+        if not _vanish(*placed) and not all_vanish(residuals, at):
             return None
     n = len(exact)
     if not system.allows(numbers[:n]):
@@ -420,6 +420,17 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
         multipliers=tuple(numbers[n:]),
         uncertainty=uncertainty,
     )
+
+
+def _vanish(*expressions: sp.Expr) -> bool:
+    """Say whether it is proven that expressions vanish, as sin 2u − 2 sin u cos u at u = asin c."""
+    return vanish(*expressions) or vanish(*map(sp.expand_trig, expressions))
+
+
+def _is_zero(number: sp.Expr) -> bool:
+    """Say whether digits do not tell a number from zero; False for expressions in parameters."""
+    with mpmath.workdps(DIGITS):
+        return not number.free_symbols and all_vanish([number], {})
 
 
 def _holds(condition: Existence, known: Mapping[sp.Symbol, Mpf]) -> bool | None:

@@ -127,8 +127,10 @@ class RestSystem:
 
     @cached_property
     def periodic(self) -> frozenset[int]:
-        """Numbers of the angles whose values a turn apart give the same forces and constraints."""
-        everything = (*self.forces, *self.constraints)
+        """Numbers of the angles whose values a turn apart give the same equations of motion."""
+        system = self.equations.system
+        masses = [e for row in system.mass_matrix for e in entries(row).values()]
+        everything = (*self.forces, *self.constraints, *system.forcing, *masses)
         turned = {c.q: c.q + 2 * sp.pi for c in self.equations.system.coordinates if c.is_angle}
         return frozenset(
             k

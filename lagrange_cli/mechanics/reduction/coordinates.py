@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
@@ -44,6 +45,8 @@ def generalized_coordinates(
     expressions = [geometry.resolved[s] for s in geometry.positions]
     expressions += [side for r in (*closures, *geometry.gaps) for side in (r.left, r.right)]
     periodic = periodic_symbols(expressions)
+    unplaced = set(geometry.coordinates).difference(*map(symbols_in, expressions))
+    periodic |= unplaced & periodic_symbols(geometry.terms) if unplaced else set()
     latex = {name: text for name, text, _ in latex_names(scene)}
     for q in geometry.coordinates:
         written = declared.get(q.name)
@@ -53,7 +56,7 @@ def generalized_coordinates(
             q=q,
             v=sp.Symbol(f"dot({q.name})", real=True),
             a=sp.Symbol(f"ddot({q.name})", real=True),
-            is_angle=unit == "rad" or q in periodic,
+            is_angle=unit == "rad" or (q in periodic and not (unit and q in unplaced)),
             unit=unit,
             description=written.description if written else None,
             latex=(written.latex if written else None) or latex.get(q.name),

@@ -112,6 +112,19 @@ class Geometry:
             one_sided.name, "position", left, right, written.text, written.mark()
         )
 
+    @property
+    def terms(self) -> list[sp.Expr]:
+        """Energies, dissipation and forces of the scene over q, with any numbers as velocities."""
+        scene = self.names.scene
+        written = [t.expression for t in (*scene.kinetic, *scene.potentials, *scene.dissipation)]
+        written += [component for force in scene.forces for component in force.components]
+        return [self._placed(self.names.convert(e, self._rate)) for e in written]
+
+    def _rate(self, expression: sp.Expr) -> sp.Expr:
+        placed = self._placed(expression)
+        moving = placed.free_symbols.intersection(self.coordinates)
+        return sp.Add(*(sp.Dummy() * derivative(placed, q) for q in moving))
+
     def _resolved(self, expression: Expression) -> sp.Expr:
         """Write an expression of the scene over q and t."""
         return self._placed(self.names.convert(expression))
