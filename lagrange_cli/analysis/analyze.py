@@ -198,7 +198,7 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     if not forms.complete and not (system.missing and points):
         outcome = search(system)
         points = with_exact(system, forms.points, outcome)
-    different = problem.completed(without_repeats(system, _ordered(system, points)))
+    different = problem.completed(without_repeats(system, _ordered(system, points, outcome)))
     judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps
     return Equilibria(
@@ -212,11 +212,13 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     )
 
 
-def _ordered(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
-    """Sort closed forms first, by freedom and length, then numbers by distance from the start."""
+def _ordered(
+    system: RestSystem, points: list[Equilibrium], outcome: SearchResult
+) -> list[Equilibrium]:
+    """Sort closed forms first, by freedom and length, others by distance from the start."""
 
     def key(point: Equilibrium) -> tuple[int, float, list[float]]:
-        if point.exact is not None:
+        if point.exact is not None and point not in outcome.points:
             length = sum(map(sp.count_ops, point.exact)) / 1000
             return -1 - len(point.free), len(point.conditions) + length, []
         position = point.position or ()

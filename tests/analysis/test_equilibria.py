@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import pytest
 
 from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
+from tests.cli.terminal import succeed
 from tests.systems.shipped import SYSTEMS
 
 HOOP = (SYSTEMS / "beads" / "bead_on_rotating_hoop.yaml").read_text()
@@ -60,6 +62,30 @@ kinetic: {{T: dot(theta)^2/2}}
 potentials: {{V: {potential}}}
 near: {{theta: 0.1}}
 """
+
+
+def plane(potential, y):
+    return f"""\
+coordinates: [x, y]
+kinetic: {{T: (dot(x)^2 + dot(y)^2)/2}}
+potentials: {{V: {potential}}}
+initial: {{x: 0.1, y: {y}}}
+"""
+
+
+@pytest.mark.parametrize("y", [0.2, 1, 2])
+def test_one_verdict_along_a_line_is_given_if_small_motions_do_not_change(y):
+    (point,) = analyzed(plane("(y^2 - 1)*x^2", y)).equilibria.points
+    assert (point.free, point.stability.verdict) == (("y",), "undecided")
+    (point,) = analyzed(plane("x^3*y - x^2", y)).equilibria.points
+    assert (point.free, point.stability.verdict) == (("y",), "unstable")
+
+
+def test_points_of_lines_of_equilibria_are_not_isolated(tmp_path):
+    scene = tmp_path / "cross.yaml"
+    scene.write_text(plane("x^2*y^2", 1))
+    points = json.loads(succeed("analyze", str(scene), "--equilibria", "--json"))["equilibria"]
+    assert [(p["free"], p["isolated"]) for p in points] == [(["y"], False), (["x"], False)]
 
 
 @pytest.mark.parametrize("coordinate", ["theta: {}", "theta: {unit: rad}"])

@@ -14,6 +14,7 @@ from lagrange_cli.analysis.interval_roots import IntervalSystem
 from lagrange_cli.analysis.interval_values import IN_INTERVALS, INTERVALS, around, ends
 from lagrange_cli.analysis.values import Equilibria
 from lagrange_cli.api import loads
+from tests.systems.shipped import SYSTEMS
 from tests.test_defects import DEFECTS
 
 
@@ -175,3 +176,39 @@ def test_one_root_is_proven_and_none_where_there_is_none() -> None:
     assert system("-2").root_radii([mpf("1.41")]) is None
     assert system("0").root_radii([mpf(0)]) is None
     assert system("1e-40").root_radii([mpf(10) ** -20]) is None
+
+
+RHOMBUS = """
+coordinates: [xa, za, xb, zb, xc, zc, xd, zd]
+parameters: {g: 10}
+particles:
+  a: {mass: 1, position: [xa, 0, za]}
+  b: {mass: 1, position: [xb, 0, zb]}
+  c: {mass: 1, position: [xc, 0, zc]}
+  d: {mass: 1, position: [xd, 0, zd]}
+constraints:
+  left: xa^2 + za^2 = 1
+  right: xc^2 + zc^2 = 1
+  below_left: (xb - xa)^2 + (zb - za)^2 = 1
+  below_right: (xb - xc)^2 + (zb - zc)^2 = 1
+  load: (xd - xb)^2 + (zd - zb)^2 = 1
+potentials: {weights: g*(za + zb + zc + zd)}
+initial: {xa: 0.6, za: -0.8, xc: -0.6, zc: -0.8, xb: 0, zb: -1.6, xd: 0, zd: -2.6}
+"""
+
+
+def test_folded_linkages_of_many_coordinates_are_proven_by_exact_values():
+    """Folded, the gradients of the constraints are dependent: no small motions are told of it."""
+    found = loads(RHOMBUS).derive().analyze("equilibria").equilibria
+    places = {tuple(round(float(x), 9) for x in p.position): p for p in found.points}
+    folded = places[0, -1, 0, -2, 0, -1, 0, -3]
+    assert folded.exact is not None
+    assert folded.stability.verdict == "undecided"
+    assert folded.stability.reason == "the constraints are not independent there"
+
+
+def test_where_no_force_of_a_constraint_acts_all_it_allows_is_one_continuum():
+    """Crank and piston rest anywhere: points with θ = 0, too, are none of their own."""
+    crank = load(SYSTEMS / "constraints" / "slider_crank.yaml").derive()
+    (point,) = crank.analyze("equilibria").equilibria.points
+    assert not point.isolated

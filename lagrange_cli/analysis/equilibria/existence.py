@@ -45,7 +45,8 @@ _DENOMINATORS, _PARTS = (1, 12, 1000), 12
 _MOST_COMBINATIONS = 8
 #: Size of forces, relative to 1, above which exact values are none of an equilibrium.
 _BALANCED = mpf(10) ** -30
-#: Coordinates, and operations of a force, of degenerate systems in which exact values are tried.
+#: Unknowns of systems in which all combinations are tried, of others the first; operations of a
+#: force of these.
 _COORDINATES, _OPERATIONS = 8, 400
 #: Radius, relative to 1 and to the unknowns, of the box in which forces are seen not to balance.
 _BESIDE = 1e-6
@@ -133,9 +134,13 @@ class EquilibriumProver:
     def _without_small(
         self, jacobian: Matrix, unknown: list[Mpf]
     ) -> Iterator[tuple[list[Mpf], _Part]]:
-        """Set small unknowns to zero, which may leave fewer equations."""
-        zeros = [k for k in self.columns if abs(unknown[k]) < _NOTHING]
-        if zeros:
+        """Set small unknowns to zero, multipliers alone at first: fewer equations may be left.
+
+        With no force of a constraint, all configurations that these allow may be equilibria.
+        """
+        small = [k for k in self.columns if abs(unknown[k]) < _NOTHING]
+        multipliers = [k for k in small if k >= self.system.functions.n]
+        for zeros in filter(None, (multipliers, small)):
             without = [mpf(0) if k in zeros else x for k, x in enumerate(unknown)]
             columns = [k for k in self.columns if k not in zeros]
             yield from self._chosen(jacobian, without, self._rows_without(zeros), columns)
@@ -249,15 +254,14 @@ class EquilibriumProver:
     def _exact_near(self, unknown: Sequence[Mpf]) -> Equilibrium | None:
         """Find exact values of the coordinates near a point that satisfy all equations."""
         system = self.system
-        if len(system.unknowns) > _COORDINATES:
-            return None
         if any(sp.count_ops(e) > _OPERATIONS for e in (*system.forces, *system.constraints)):
             return None
         known = system.exact_known
         symbols = set().union(*(e.free_symbols for e in (*system.forces, *system.constraints)))
         if not (symbols & system.known.keys()) <= known.keys():
             return None
-        for values in islice(self._exact_positions(unknown), _MOST_COMBINATIONS):
+        most = _MOST_COMBINATIONS if len(system.unknowns) <= _COORDINATES else 1
+        for values in islice(self._exact_positions(unknown), most):
             point = self._exact_at(values, known)
             if point is not None:
                 return point
@@ -294,7 +298,7 @@ class EquilibriumProver:
         coordinates = system.equations.system.coordinates
         place = {**known, **values}
         multipliers = [c.multiplier for c in system.equations.system.closures]
-        if not multipliers and not self._nearly_balance(place):
+        if not self._nearly_balance(system.constraints if multipliers else system.forces, place):
             return None
         equations = [e.xreplace(place) for e in (*system.forces, *system.constraints)]
         forces = _solved(equations, multipliers)
@@ -315,11 +319,11 @@ class EquilibriumProver:
             uncertainty=uncertainty,
         )
 
-    def _nearly_balance(self, place: Mapping[sp.Symbol, sp.Expr]) -> bool:
-        """Say whether numbers do not tell that forces differ from zero: that saves a proof."""
+    def _nearly_balance(self, sums: Sequence[sp.Expr], place: Mapping[sp.Symbol, sp.Expr]) -> bool:
+        """Say whether numbers do not tell that sums differ from zero: that saves a proof."""
         try:
             numbers = {s: mpf(sp.N(x, DIGITS)) for s, x in place.items()}
-            values = evaluate([*self.system.forces], numbers)
+            values = evaluate([*sums], numbers)
         except (DomainError, KeyError, TypeError):
             return True
         return all(abs(x) < _BALANCED for x in values)

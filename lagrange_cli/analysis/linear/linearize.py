@@ -102,7 +102,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
     Raises
     ------
     InputError
-        They have no derivatives there, or the coordinates are singular.
+        They have no derivatives there, or the coordinates or the constraints are singular.
     """
     position, multipliers = _numbers(system, at)
     if not has_derivatives(system, at):
@@ -124,6 +124,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
         rates = _columns(table, n, 2 * n)
         _require_homogeneous(_columns(table, 0, n))
         placed, positions = _null_space(gradients, n)
+        _require_independent(system, placed)
         independent, velocities = _null_space([*gradients, *rates], n)
         across = velocities.T
         reduced = across * mass * velocities
@@ -249,6 +250,21 @@ def _require_homogeneous(by_positions: Sequence[Sequence[Mpf]]) -> None:
             "a constraint between velocities asks for velocities beside this equilibrium"
         )
         raise InputError(Problem(message, rule="analysis-rates"))
+
+
+def _require_independent(system: RestSystem, placed: Sequence[int]) -> None:
+    """Refuse an equilibrium at which closures between positions leave more than elsewhere.
+
+    There what their gradients allow is more than what they allow, as where a rhombus is folded.
+    """
+    n = system.functions.n
+    try:
+        slopes = system.functions.constraints_at(system.start).slopes
+    except DomainError:
+        return
+    if len(placed) > len(_null_space(_columns(slopes, 0, n), n)[0]):
+        message = Phrase("the constraints are not independent there")
+        raise InputError(Problem(message, rule="analysis-singular"))
 
 
 def _require_regular(system: RestSystem, mass: mpmath.matrix, independent: Sequence[int]) -> None:

@@ -49,6 +49,7 @@ _NO_MINIMUM = Phrase(
     matrix=("K",),
 )
 _DEGENERATE = Phrase("{matrix} is degenerate", matrix=("K",))
+_NOT_CYCLIC = Phrase("free coordinates are not cyclic")
 _NOT_POSITIVE = Phrase("no pole has a positive real part")
 
 
@@ -108,6 +109,8 @@ class _Question:
             if verdict.verdict == "unstable":
                 return verdict
             return Stability("undecided", Phrase("it is one of a continuum of equilibria"))
+        if self.varies_along_drift:
+            return Stability("undecided", _NOT_CYCLIC)
         if self.energy_is_bound and self.linear.is_holonomic and self.has_inertia:
             return self.by_energy()
         return self.by_poles()
@@ -174,6 +177,22 @@ class _Question:
         return set(self.at.free) <= set(equations.derivation.cyclic)
 
     @cached_property
+    def varies_along_drift(self) -> bool:
+        """True unless small motions are proven to be the same at all values of free coordinates.
+
+        Those that no force depends on at any place change the inertia alone.
+        """
+        coordinates = enumerate(self.system.equations.system.coordinates)
+        names = set(self.at.free)
+        free = {c.q for k, c in coordinates if c.name in names and k not in self.system.free}
+        exact = exact_matrices(self.system, self.at) if free else None
+        if exact is None:
+            return bool(free)
+        matrices = (exact.mass, exact.damping, exact.stiffness)
+        entries = (entry for rows in matrices for row in rows for entry in row)
+        return any(entry.free_symbols & free for entry in entries)
+
+    @cached_property
     def has_velocity_forces(self) -> bool:
         damping = in_doubles(self.linear.damping)
         return bool(np.abs(damping).max(initial=0.0) > 0)
@@ -199,7 +218,7 @@ class _Question:
         """Judge a strict minimum of the energy in all coordinates but those that drift."""
         if self.drifting:
             if not self.drift_is_cyclic:
-                return Stability("undecided", Phrase("free coordinates are not cyclic"))
+                return Stability("undecided", _NOT_CYCLIC)
             reason = Phrase("{reason}; {names} may drift", reason=minimum, names=self.at.free)
             return Stability("stable but for drift", reason)
         if self.has_velocity_forces:

@@ -212,7 +212,7 @@ def _equilibrium(
     return {
         "at": _position(point, names),
         **closed_form(point, names, say),
-        "isolated": point.isolated,
+        "isolated": point.isolated and not point.free,
         "stability": None if stability is None else stability.verdict,
         "reason": None if stability is None else stability.reason,
         "stable_where": [] if stability is None else _conditions(stability.stable_where, say),

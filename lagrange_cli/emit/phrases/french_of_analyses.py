@@ -67,6 +67,7 @@ FRENCH_OF_ANALYSES = {
     ),
     "{reason}: the energy has a minimum": "{reason}\u00a0: l'énergie a un minimum",
     "{reason}, and all motions are damped": "{reason}, et tous les mouvements sont amortis",
+    "the constraints are not independent there": "les liaisons n'y sont pas indépendantes",
     "free coordinates are not cyclic": "des coordonnées libres ne sont pas cycliques",
     "{reason}; {names} may drift": "{reason}\u00a0; {names} peut dériver",
     "all motions are damped; {names} may drift": (

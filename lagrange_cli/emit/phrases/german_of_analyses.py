@@ -63,6 +63,7 @@ GERMAN_OF_ANALYSES = {
     ),
     "{reason}: the energy has a minimum": "{reason}: Die Energie hat ein Minimum",
     "{reason}, and all motions are damped": "{reason}, und alle Bewegungen sind gedämpft",
+    "the constraints are not independent there": "die Zwangsbedingungen sind dort nicht unabhängig",
     "free coordinates are not cyclic": "freie Koordinaten sind nicht zyklisch",
     "{reason}; {names} may drift": "{reason}; {names} kann driften",
     "all motions are damped; {names} may drift": (
