@@ -123,6 +123,11 @@ class Sampler:
             width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
         return None
 
+    def opposite(self, point: SamplePoint) -> SamplePoint | None:
+        """Reflect the coordinates of a point about the given ones; None if it is not feasible."""
+        turned = {**point, **{q: 2 * self._center[q] - point[q] for q in self.coordinates}}
+        return turned if self._is_feasible(turned) else None
+
     def _is_feasible(self, point: SamplePoint) -> bool:
         inputs = [(point[s], mpf(0), mpf(0)) for s in self._symbols]
         try:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
+import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError
@@ -19,7 +20,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 )
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, to_double
 from lagrange_cli.mechanics.reduction.geometry import Geometry
-from lagrange_cli.mechanics.reduction.local_identities import identities_around
+from lagrange_cli.mechanics.reduction.local_identities import identities_around, identities_beside
 
 #: A gradient below this part of its size nearby has vanished.
 _FLAT = 1e-7
@@ -68,8 +69,24 @@ def independent_closures(
     return tuple(related[k] for k in independent)
 
 
+def require_no_border(geometry: Geometry, sampler: Sampler) -> None:
+    """Refuse equations that hold identically on one side of the start alone.
+
+    Raises
+    ------
+    InputError
+        There is one, as acos(cos x) = x at x = 0.
+    """
+    one_sided = identities_beside(geometry.elimination.pending, sampler, geometry.reference)
+    for number, places in one_sided.items():
+        raise _without_slope(geometry, number, sampler, places)
+
+
 def _without_slope(
-    geometry: Geometry, number: int, sampler: Sampler, places: Sequence[SamplePoint]
+    geometry: Geometry,
+    number: int,
+    sampler: Sampler,
+    places: Sequence[Mapping[sp.Symbol, mpf]],
 ) -> InputError:
     """Build the error of an equation whose gradient vanishes at all or some of its solutions."""
     sides = geometry.elimination.pending[number]

@@ -23,8 +23,9 @@ EquationSides = tuple[sp.Expr, sp.Expr]
 #: Functions with branches.
 _BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, sp.Abs, sp.sign, sp.Max, sp.Min)
 
-#: Distances around a point at which an identity is tried, relative to scales, widest first.
-_WIDTHS = tuple(mpf(2) ** -k for k in range(13))
+#: Distances around a point at which an identity is tried, relative to scales, widest first; the
+#: last is far below the distance from a border of a start that is not meant to be on it.
+_WIDTHS = tuple(mpf(2) ** -k for k in (*range(13), 20, 30, 40))
 #: Number of random directions, each with its opposite, in which it is tried.
 _DIRECTIONS = 4
 #: Factor of the digits with which values are compared: a small number stays as small as it is, a
@@ -40,7 +41,7 @@ _MOST = 16
 _VIOLATED = mpf(10) ** -6
 
 
-def _has_branches(sides: EquationSides) -> bool:
+def has_branches(sides: EquationSides) -> bool:
     """Tell whether a function with branches stands in an equation."""
     return any(
         e.has(*_BRANCHES) or any(not p.exp.is_Integer for p in e.atoms(sp.Pow)) for e in sides
@@ -58,15 +59,40 @@ def identities_around(
         Values of t and of coordinates; equations that hold a coordinate without a value
         are left out.
     """
-    coordinates = set(sampler.coordinates)
     identities = set[int]()
+    for number, sides in _placed(equations, sampler, point):
+        around = (_around(sampler, point, width) for width in _WIDTHS)
+        if any(all(_is_identity(sides, p) for p in points) for points in around):
+            identities.add(number)
+    return identities
+
+
+def identities_beside(
+    equations: Mapping[int, EquationSides], sampler: Sampler, point: Mapping[sp.Symbol, mpf]
+) -> dict[int, list[Mapping[sp.Symbol, mpf]]]:
+    """Numbers of the equations that hold identically on one side of a point, and places there.
+
+    Of a point and its opposite one is on that side, whatever is drawn. ``point``: as for
+    :func:`identities_around`.
+    """
+    one_sided: dict[int, list[Mapping[sp.Symbol, mpf]]] = {}
+    for number, sides in _placed(equations, sampler, point):
+        holding = [_is_identity(sides, p) for p in _around(sampler, point, _WIDTHS[-1])]
+        if any(holding) and not all(holding):
+            around = (p for width in _WIDTHS for p in _around(sampler, point, width))
+            one_sided[number] = [p for p in around if _is_identity(sides, p)]
+    return one_sided
+
+
+def _placed(
+    equations: Mapping[int, EquationSides], sampler: Sampler, point: Mapping[sp.Symbol, mpf]
+) -> Iterator[tuple[int, EquationSides]]:
+    """Yield the equations with branches whose coordinates have values at a point."""
+    coordinates = set(sampler.coordinates)
     for number, sides in equations.items():
         present = (sides[0].free_symbols | sides[1].free_symbols) & coordinates
-        if present and present <= point.keys() and _has_branches(sides):
-            around = (_around(sampler, point, width) for width in _WIDTHS)
-            if any(all(_is_identity(sides, p) for p in points) for points in around):
-                identities.add(number)
-    return identities
+        if present and present <= point.keys() and has_branches(sides):
+            yield number, sides
 
 
 def _around(
@@ -132,7 +158,7 @@ def violating_configurations(
     """
     if len(sampler.coordinates) > _MOST:
         return {}
-    tried = {k: sides for k, sides in equations.items() if _has_branches(sides)}
+    tried = {k: sides for k, sides in equations.items() if has_branches(sides)}
     if not tried:
         return {}
     openings = [gap.left - gap.right for gap in gaps]

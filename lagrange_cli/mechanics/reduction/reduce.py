@@ -47,9 +47,14 @@ from lagrange_cli.mechanics.reduction.dof_account import (
     without_redundant_rates,
 )
 from lagrange_cli.mechanics.reduction.geometry import Geometry, restricting_equations
-from lagrange_cli.mechanics.reduction.independence import independent_closures, require_determined
+from lagrange_cli.mechanics.reduction.independence import (
+    independent_closures,
+    require_determined,
+    require_no_border,
+)
 from lagrange_cli.mechanics.reduction.local_identities import (
     EquationSides,
+    has_branches,
     identities_around,
     violating_configurations,
 )
@@ -303,7 +308,12 @@ def _with_levels(reduced: Reduced, levels: Sequence[VelocityConstraint]) -> Redu
 def _restricted(chart: Chart) -> tuple[Chart, list[SamplePoint], tuple[int, ...]]:
     """Return the chart, feasible points, and the numbers of the equations that stay as closures."""
     geometry = chart.geometry
-    points = _drawn(geometry, sampler_of(chart, [], manifold_of(chart, ())), ())
+    sampler = sampler_of(chart, [], manifold_of(chart, ()))
+    require_no_border(geometry, sampler)
+    points = _drawn(geometry, sampler, ())
+    if any(map(has_branches, geometry.elimination.pending.values())):
+        # On one side alone of a border, by chance, an equation would seem to hold everywhere.
+        points += filter(None, map(sampler.opposite, points.copy()))
     numbers = restricting_equations(geometry, points, partial(_held_around, chart))
     if not numbers:
         return chart, points, ()

@@ -159,6 +159,17 @@ def test_an_angle_within_half_a_turn(shift: float, start: float) -> None:
         assert refusal(text).rule in ("singular", "inconsistent", "too-many-coordinates")
 
 
+@pytest.mark.parametrize(
+    ("equation", "start"),
+    [("acos(cos(x)) = x", "0"), ("acos(cos(x)) = x", "pi"), ("sqrt(x^2) = x", "0")],
+)
+@pytest.mark.parametrize("comment", ["", "# of another digest\n"])
+def test_at_the_end_of_a_part_a_side_has_to_be_chosen(equation, start, comment) -> None:
+    problem = refusal(comment + BEAD.format(curve="0", equation=equation, start=start))
+    assert "on a part of the configurations only" in problem.message
+    assert "not around the initial configuration" in problem.message
+
+
 def test_what_others_imply_on_a_part() -> None:
     """The upper half of a circle that the definitions go all around: one warning, and true."""
     e = derived(
