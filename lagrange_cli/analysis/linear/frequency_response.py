@@ -175,7 +175,8 @@ class _System:
             gain, error = self.at(1j * frequency + radius * turn)
             total += gain * turn**-power
             bound += error + _EPSILON * (_CIRCLE + abs(power)) * np.abs(gain)
-        return total * radius**-power / _CIRCLE, bound * radius**-power / _CIRCLE
+        mean: Complexes = np.asarray(total * (radius**-power / _CIRCLE), dtype=complex)
+        return mean, bound * (radius**-power / _CIRCLE)
 
     def static(self) -> Complexes:
         """Return G(0) without the part of poles at zero, shape (outputs, inputs)."""
