@@ -280,7 +280,7 @@ def _points(
     derivation: Uncertified, closures: ClosureCheck, points: int
 ) -> Iterable[dict[sp.Symbol, mpf]]:
     reduced = derivation.reduced
-    sampler = reduced.sampler([])
+    sampler = reduced.sampler([], seed=reduced.scene.digest)
     for k in range(_DRAWS + points):
         width = mpf(2) ** -(max(0, k - points) // 4)
         point = sampler.draw(vary_parameters=k < _DRAWS // 2, width=width)

@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.system import Coordinate
 from lagrange_cli.scene.checks.table import latex_names
 
 #: Seed of random points: a comment in the scene changes nothing of what is found at them.
-_SEED = "points of a chart"
+SEED = "points of a chart"
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,9 @@ def scales(chart: Chart) -> dict[sp.Symbol, mpf]:
     return {q: mpf(1) if q in angles else max(length, abs(x)) for q, x in center.items()}
 
 
-def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampler:
+def sampler_of(
+    chart: Chart, domain: list[sp.Expr], manifold: Manifold, seed: str = SEED
+) -> Sampler:
     names, reference = chart.geometry.names, chart.geometry.reference
     exact = chart.values.exact
     gaps = (gap.left - gap.right for gap in chart.geometry.gaps)
@@ -89,7 +91,7 @@ def sampler_of(chart: Chart, domain: list[sp.Expr], manifold: Manifold) -> Sampl
         {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
         scales(chart),
         [*chart.geometry.resolved.values(), *gaps, *domain],
-        seed=_SEED,
+        seed=seed,
         place=manifold.placed if manifold.all else None,
         positive=[e for _, e in positive_places(chart.geometry)],
     )

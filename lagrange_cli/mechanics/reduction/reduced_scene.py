@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler
 from lagrange_cli.mechanics.reduction.coordinates import (
+    SEED,
     Chart,
     generalized_coordinates,
     manifold_of,
@@ -164,9 +165,9 @@ class Reduced:
         """
         return partial(_rate, self)
 
-    def sampler(self, domain: list[sp.Expr]) -> Sampler:
+    def sampler(self, domain: list[sp.Expr], seed: str = SEED) -> Sampler:
         """Random feasible configurations at which ``domain`` is real as well."""
-        return sampler_of(self.chart, domain, self.manifold())
+        return sampler_of(self.chart, domain, self.manifold(), seed)
 
     def manifold(self, gaps: Sequence[ClosureEquation] = ()) -> Manifold:
         """Manifold of the states that satisfy the closures, and ``gaps`` that are closed."""
