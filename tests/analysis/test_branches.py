@@ -436,3 +436,21 @@ def test_branches_that_all_but_meet_do_not():
     found = branches(particle("x^4/4 - p*x^2/2 + 1e-9*x"), p=(-1, 1.1))
     assert kinds(found) == ["fold"]
     assert found.marks[0].value == pytest.approx(3 * 5e-10 ** (2 / 3), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("potential", "ends", "value", "number"),
+    [
+        ("x^4/4 - p*x^2/2", (0, 1), 0, 2),
+        ("x^4/4 - p*x^2/2", (-1, 0), 0, 1),
+        ("cos(x) + p*x^2/2", (0.2, 1), 1, 2),
+    ],
+)
+def test_a_pitchfork_at_an_end_of_the_range_is_marked(potential, ends, value, number):
+    found = branches(particle(potential), p=ends)
+    (mark,) = found.marks
+    assert (mark.kind, len(found.branches)) == ("pitchfork", number)
+    assert abs(mark.value - value) <= mark.error
+    assert all(branch.ends == ("range", "range") for branch in found.branches)
+    values = [x for branch in found.branches for x in branch.values]
+    assert (min(values), max(values)) == ends

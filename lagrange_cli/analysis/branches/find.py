@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from lagrange_cli.analysis.branches.curve import Space, row_sizes
 from lagrange_cli.analysis.branches.functions import BranchFunctions
-from lagrange_cli.analysis.branches.marked_curve import Traced
+from lagrange_cli.analysis.branches.marked_curve import Traced, within_range
 from lagrange_cli.analysis.branches.poles import first_order_in_doubles
 from lagrange_cli.analysis.branches.refining import amid
 from lagrange_cli.analysis.branches.stability import Judge
@@ -46,6 +46,9 @@ _COMPARED = (0.0, 0.29, 0.63, 1.0)
 #: Unknowns beside the parameter; systems of equations of marked points are twice as large.
 MOST_UNKNOWNS = 24
 
+#: Part of the range by which branches are followed beyond its ends.
+_BEYOND = 0.02
+
 #: Part of the largest pole of a branch by which a pole moves between neighbouring points at most:
 #: a step that a picture of a root locus does not show.
 _FAR = 0.01
@@ -75,6 +78,10 @@ def find_branches(system: RestSystem, varied: Varied) -> Branches:
     for seed in seeds:
         tracing.start_at(seed)
     tracing.finish()
+    low, high = float(varied.low), float(varied.high)
+    tracing.branches[:] = [
+        part for b in tracing.branches for part in within_range(space, b, low, high)
+    ]
     announce("judging stability")
     judge = Judge(system, varied, space)
     _leave_out_repeats(tracing, judge)
@@ -139,7 +146,29 @@ def _space(
         return all(y[k] > 0 for k in positive)
 
     rows = row_sizes(functions, seeds, scale)
-    return Space(functions, scale, rows, float(varied.low), float(varied.high), turns, allows)
+    low, high = _followed(varied, functions, seeds)
+    return Space(functions, scale, rows, low, high, turns, allows)
+
+
+def _followed(
+    varied: Varied, functions: BranchFunctions, seeds: Sequence[Matrix]
+) -> tuple[float, float]:
+    """Return a range a little wider than the parameter's, where forces have values beyond its ends.
+
+    Folds and branch points at the ends are so passed, and seen.
+    """
+    low, high = float(varied.low), float(varied.high)
+    room = _BEYOND * (high - low)
+    below = low - (min(room, low / 2) if varied.parameter.positive else room)
+
+    def reached(end: float, beyond: float) -> float:
+        return beyond if all(_has_values(functions, y, beyond) for y in seeds) else end
+
+    return reached(low, below), reached(high, high + room)
+
+
+def _has_values(functions: BranchFunctions, seed: Matrix, value: float) -> bool:
+    return all(np.isfinite(x).all() for x in functions.residuals(np.append(seed[:-1], value)))
 
 
 def _leave_out_repeats(tracing: Tracing, judge: Judge) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 SAME = 1e-7
 #: Length, in scaled unknowns, of parts of branches beside a singular point that are left out.
 _SHORT = 1e-4
+#: Rounding of doubles, a few times.
+_ROUNDING = 1e-15
 
 
 @dataclass
@@ -83,6 +85,64 @@ def cut_apart(space: Space, branch: Traced, cuts: Sequence[tuple[int, Cut]]) -> 
         whole = [*last.points, *head.points[1:]]
         parts.append(Traced(whole, (last.ends[0], head.ends[1]), [*last.marks, *moved]))
     return [part for part in parts if _length(space, part.points) > _SHORT]
+
+
+def within_range(space: Space, branch: Traced, low: float, high: float) -> list[Traced]:
+    """Return the parts of a branch whose parameter is in a range; they end where that ends."""
+    _divide_at_ends(space, branch, low, high)
+    inside = [low <= p.y[-1] <= high for p in branch.points]
+    if all(inside):
+        return [branch]
+    if branch.is_closed:
+        _begin_at(branch, inside.index(False))
+        inside = [low <= p.y[-1] <= high for p in branch.points]
+    parts: list[Traced] = []
+    last = len(inside) - 1
+    for is_inside, run in groupby(range(last + 1), inside.__getitem__):
+        numbers = list(run)
+        first, end = numbers[0], numbers[-1]
+        if not is_inside or first == end:
+            continue
+        ends = (
+            branch.ends[0] if first == 0 else "range",
+            branch.ends[1] if end == last else "range",
+        )
+        marks = [(n - first, m) for n, m in branch.marks if first <= n <= end]
+        parts.append(Traced(branch.points[first : end + 1], ends, marks))
+    return parts
+
+
+def _divide_at_ends(space: Space, branch: Traced, low: float, high: float) -> None:
+    """Put points on a branch where its parameter passes an end of a range.
+
+    A mark whose value is an end, as far as that is known, is taken to be there.
+    """
+    for k, mark in branch.marks:
+        room = mark.at.error * (space.high - space.low) + _ROUNDING * abs(branch.points[k].y[-1])
+        for end in (low, high):
+            if abs(branch.points[k].y[-1] - end) <= room:
+                branch.points[k].y[-1] = end
+    for k in range(len(branch.points) - 2, -1, -1):
+        here, after = branch.points[k], branch.points[k + 1]
+        for end in (low, high):
+            start, width = here.y[-1] - end, after.y[-1] - here.y[-1]
+            if start * (after.y[-1] - end) < 0:
+                y = space.landed(here.y - start / width * (after.y - here.y), end)
+                if y is not None:
+                    y[-1] = end
+                    branch.points.insert(k + 1, CurvePoint(y, here.tangent, here.turn))
+                    branch.marks = [(n + (n > k), m) for n, m in branch.marks]
+                    break
+
+
+def _begin_at(branch: Traced, first: int) -> None:
+    """Let a closed branch begin at another of its points."""
+    last = len(branch.points) - 1
+    branch.points[:] = [*branch.points[first:], *branch.points[1 : first + 1]]
+    branch.marks = sorted(
+        {((n - first) % last, id(m)): ((n - first) % last, m) for n, m in branch.marks}.values(),
+        key=lambda pair: pair[0],
+    )
 
 
 def _length(space: Space, points: Sequence[CurvePoint]) -> float:

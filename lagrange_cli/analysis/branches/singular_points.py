@@ -214,7 +214,10 @@ def _extended_root(
     if radii is None:
         return None
     error = float(radii[n]) / (space.high - space.low)
-    return replace(at, error=error, more=tuple(unknown[n + 1 :]))
+    # Zero, where it is as good as the number that was found.
+    pairs = zip(at.y, radii.tolist(), strict=False)
+    place = tuple(mpf(0) if abs(x) <= radius else x for x, radius in pairs)
+    return replace(at, y=place, error=error, more=tuple(unknown[n + 1 :]))
 
 
 def _dot(first: Sequence[Any], second: Sequence[Any]) -> Any:
