@@ -26,6 +26,7 @@ from lagrange_cli.analysis.linear.linearize import (
     exact_matrices,
     in_doubles,
     linear_system,
+    require_doubles,
     state_space,
 )
 from lagrange_cli.analysis.linear.modes import modes
@@ -246,14 +247,16 @@ def linearization(system: RestSystem, point: Equilibrium) -> Linearization:
     Raises
     ------
     InputError
-        A parameter lacks its value, or the coordinates are singular there.
+        A parameter lacks its value, the coordinates are singular there, or numbers are beyond
+        double precision.
     """
     linear = linear_system(system, point)
     names = [c.name for c in system.equations.system.coordinates]
     matrices = (linear.mass, linear.damping, linear.stiffness)
     mass, damping, stiffness = (in_doubles(m) for m in matrices)
-    exact = exact_matrices(system, point)
     space = state_space(system, linear, point)
+    require_doubles(mass, damping, stiffness, space.a, space.b, space.c, space.d)
+    exact = exact_matrices(system, point)
     coordinates = tuple(names[j] for j in linear.independent)
     directions = in_doubles(linear.positions)
     return Linearization(point, coordinates, mass, damping, stiffness, space, exact, directions)

@@ -220,16 +220,19 @@ def _matrices(
         )
     exact = (linear.exact.mass, linear.exact.damping, linear.exact.stiffness)
     for closed, values in zip(exact, matrices, strict=True):
-        _require_equal(equations, closed, values)
+        _require_equal(equations, linear.at, closed, values)
     return exact
 
 
-def _require_equal(equations: Equations, closed: Rows, values: Matrix) -> None:
+def _require_equal(equations: Equations, at: Equilibrium, closed: Rows, values: Matrix) -> None:
+    assert at.position is not None
     known = {p.symbol: mpf(p.value) for p in equations.system.parameters if p.value is not None}
+    # Closed forms hold coordinates that have any value there.
+    known |= {c.q: x for c, x in zip(equations.system.coordinates, at.position, strict=True)}
     with mpmath.workdps(30):
-        at = [[float(x) for x in evaluate([*row], known)] for row in closed]
+        here = [[float(x) for x in evaluate([*row], known)] for row in closed]
     size = max(float(abs(values).max(initial=0.0)), 1e-300)
-    for row, expected in zip(at, values.tolist(), strict=True):
+    for row, expected in zip(here, values.tolist(), strict=True):
         if any(abs(x - y) > _AGREEMENT * size for x, y in zip(row, expected, strict=True)):
             message = "matrices of small oscillations disagree with those of the value graph"
             raise InternalError(Problem(message, rule="certificate"))

@@ -192,7 +192,7 @@ class PoissonBrackets:
     quantities
         Named quantities in these, H apart.
     certificate
-        The comparison with difference quotients.
+        The comparison with numerical derivatives.
     """
 
     brackets: tuple[PoissonBracket, ...]

@@ -183,3 +183,9 @@ def test_it_is_of_hamiltons_form():
     done = lagrange("derive", TWO_BODIES, "--bracket", "x1, y1")
     assert done.returncode == 2
     assert "--form hamiltonian" in done.stderr
+
+
+def test_momenta_of_any_size_are_compared():
+    """{p_y, y²} = −2 y, beside numbers, where p_y is 1e300 times as large as y."""
+    (bracket,) = brackets(KEPLER.replace("m: 2", "m: 1e300"), "p_y, y^2")
+    assert read_back(bracket["value"]) == -2 * sp.Symbol("y")

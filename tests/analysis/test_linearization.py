@@ -11,6 +11,7 @@ from scipy.linalg import expm, solve_continuous_are
 
 from lagrange_cli.analysis.values import Linearization
 from lagrange_cli.api import Derivation, load, loads
+from lagrange_cli.errors import InputError
 from tests.systems.shipped import SYSTEMS
 
 CART = """\
@@ -27,6 +28,15 @@ dissipation: {wheels: c/2*dot(p)^2}
 outputs: {place: p, tip: p + l*sin(theta), push: 2*F + dot(p)}
 initial: {p: 0, theta: 0.1, dot(p): 0, dot(theta): 0}
 simulate: {until: 5}
+"""
+
+WAVE = """\
+name: wave
+parameters: {l: 1}
+coordinates: [y]
+kinetic: {t: dot(y)^2/2}
+potentials: {v: cos(y/l)}
+initial: {y: 0}
 """
 
 
@@ -183,3 +193,13 @@ initial: {x: 1, y: 0}
     assert_allclose(found.dissipative, [[0.4, 0], [0, 0.4]], atol=1e-15)
     assert_allclose(np.abs(found.gyroscopic), [[0, 0.7], [0.7, 0]], atol=1e-15)
     assert found.gyroscopic[0, 1] == -found.gyroscopic[1, 0]
+
+
+def test_a_zero_is_exact_also_where_forces_change_within_1e_60():
+    found = linear(loads(WAVE, parameters={"l": 1e-60}).derive(), y=0)
+    assert_allclose(found.stiffness, [[-1e120]])
+
+
+def test_numbers_beyond_doubles_are_refused():
+    with pytest.raises(InputError, match="numbers of the linear system are beyond double"):
+        linear(loads(WAVE, parameters={"l": 1e-100}).derive(), y=0)

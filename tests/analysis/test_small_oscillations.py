@@ -206,3 +206,11 @@ def test_json_from_the_command_line():
     scene = str(SYSTEMS / "pendulums" / "double_pendulum.yaml")
     done = lagrange("derive", scene, "--form", "small-oscillations", "--json")
     assert json.loads(done.stdout)["small_oscillations"]["displacements"] == ["theta1", "theta2"]
+
+
+def test_inertia_may_vary_along_a_line_of_equilibria():
+    """Closed forms hold the coordinate, and are compared with numbers at the start."""
+    *_, form = reported("sliding/trammel")
+    assert form["at"] == {"x": "x"}
+    assert form["M"] == [["-m*l^2/((x - l)*(l + x))"]]
+    assert form["modes"][0]["square"] == "0"

@@ -66,7 +66,7 @@ def with_brackets(equations: Equations, brackets: Sequence[WrittenBracket]) -> E
     InputError
         Located: a text is not two functions over (q, p, t); or there is no Hamiltonian.
     InternalError
-        A bracket is not that of difference quotients.
+        A bracket is not that of numerical derivatives.
     """
     if not brackets:
         return equations
@@ -103,7 +103,7 @@ def _certified(
     InputError
         Located: it has no value at any of them.
     InternalError
-        It is not that of difference quotients.
+        It is not that of numerical derivatives.
     """
     try:
         return certify_form(equations, "a Poisson bracket", comparison)
@@ -305,7 +305,7 @@ def _with_momenta(form: Hamiltonian, state: State) -> dict[sp.Symbol, mpf]:
 
 
 class _Comparison:
-    """A bracket beside that of difference quotients of the functions as they were written.
+    """A bracket beside that of the functions as they were written, differentiated in numbers.
 
     ``states``: the number of states at which both have a value.
     """
@@ -327,10 +327,9 @@ class _Comparison:
     def __call__(self, state: State) -> Iterator[Pair]:
         start = _with_momenta(self.form, state)
         (value,) = self._bracket.at(start)
-        with mpmath.workdps(3 * mpmath.mp.dps):
-            slopes = [
-                [self._slopes(start, s) for s in (m.coordinate.q, m.symbol)] for m in self._momenta
-            ]
+        slopes = [
+            [self._slopes(start, s) for s in (m.coordinate.q, m.symbol)] for m in self._momenta
+        ]
         terms = [by_q[0] * by_p[1] for by_q, by_p in slopes]
         terms += [-by_p[0] * by_q[1] for by_q, by_p in slopes]
         self.states += 1
@@ -358,16 +357,11 @@ class _Comparison:
         return [q.symbol for q in known], Evaluated(each)
 
     def _slopes(self, state: State, symbol: sp.Symbol) -> list[mpf]:
-        """Return the central differences of both functions by a coordinate or a momentum."""
-        # Three times as many digits: a third is left of the difference, a third is its error.
-        step = mpf(10) ** (-mpmath.mp.dps // 3)
-        above, below = (
-            self._at({**state, symbol: state[symbol] + sign * step}) for sign in (1, -1)
-        )
-        return [(a - b) / (2 * step) for a, b in zip(above, below, strict=True)]
-
-    def _at(self, state: dict[sp.Symbol, mpf]) -> list[mpf]:
-        """Evaluate both functions, with velocities from the momenta."""
+        """Differentiate both functions by a coordinate or a momentum, in the mode forward."""
+        values, rates = dict(state), {symbol: mpf(1)}
         for symbols, expressions in (self._solved, self._quantities):
-            state |= dict(zip(symbols, expressions.at(state), strict=True))
-        return self._functions.at(state)
+            # Velocities come from the momenta, and quantities from both.
+            series = expressions.along(values, rates)
+            values |= {s: value for s, (value, _, _) in zip(symbols, series, strict=True)}
+            rates |= {s: rate for s, (_, rate, _) in zip(symbols, series, strict=True)}
+        return [rate for _, rate, _ in self._functions.along(values, rates)]

@@ -101,6 +101,11 @@ class Evaluated:
         """Evaluate the expressions at a state."""
         return self.tape.run([(state[s], _ZERO, _ZERO) for s in self.symbols], 0).values
 
+    def along(self, state: State, rates: State) -> list[TaylorSeries]:
+        """Evaluate the expressions and their rates where symbols change at these rates."""
+        series = [(state[s], rates.get(s, _ZERO), _ZERO) for s in self.symbols]
+        return self.tape.run(series, 1).outputs
+
 
 class Residuals:
     """M a − f − Σ λ·gradient of the certified equations."""

@@ -43,6 +43,9 @@ _WITHOUT_INERTIA = mpf(10) ** -25
 #: Least uncertainty of an equilibrium.
 _LAST_DIGITS = mpf(10) ** -48
 
+#: Largest entry, and inverse of the least inertia, of which squares and products are doubles.
+_LARGEST = 1e150
+
 #: Part of its terms below which a sum is rounding.
 _ROUNDING = mpf(10) ** -30
 
@@ -162,10 +165,14 @@ def _errors(system: RestSystem, at: Equilibrium) -> mpmath.matrix:
     """
     functions = system.functions
     numbers = (*(at.position or ()), *(at.multipliers or ()))
+    exact = (*(at.exact or ()), *(at.exact_multipliers or ()))
     radius = max(mpf(at.uncertainty), _LAST_DIGITS)
     matrix = mpmath.zeros(functions.n, functions.width)
     try:
-        box = [around(x, radius * max(1, abs(x))) for x in numbers]
+        box = [
+            around(x, mpf(0) if k < len(exact) and exact[k] == 0 else radius * max(1, abs(x)))
+            for k, x in enumerate(numbers)
+        ]
         for place, slope in functions.enclosed_force_slopes(box).items():
             low, high = ends(slope)
             matrix[place] = high - low
@@ -359,6 +366,22 @@ def in_doubles(matrix: mpmath.matrix) -> Matrix:
     return np.array([[float(x) for x in row] for row in matrix.tolist()]).reshape(
         matrix.rows, matrix.cols
     )
+
+
+def require_doubles(mass: Matrix, *matrices: Matrix) -> None:
+    """Refuse a linear system whose frequencies are found from numbers that doubles cannot hold.
+
+    Raises
+    ------
+    InputError
+        An entry is too large, or an inertia too small.
+    """
+    largest = max(np.abs(m).max(initial=0.0) for m in (mass, *matrices))
+    least = np.abs(mass).max(axis=1, initial=0.0).min(initial=1.0)
+    if not (largest < _LARGEST and least > 1 / _LARGEST):
+        message = Phrase("numbers of the linear system are beyond double precision")
+        hint = "units of another size, of mass, length or time, bring them nearer to 1"
+        raise InputError(Problem(message, hint=hint, rule="analysis-doubles"))
 
 
 def exact_matrices(system: RestSystem, at: Equilibrium) -> ExactMatrices | None:

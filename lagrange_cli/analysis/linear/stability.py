@@ -154,6 +154,8 @@ class _Question:
             return False
         degrees = {sum(m) for m in sp.Poly(equations.system.dissipation, *v).monoms()}
         numbers = np.array(form.subs(self.system.known).tolist(), dtype=float)
+        if not np.isfinite(numbers).all():
+            return False
         values = np.linalg.eigvalsh(numbers)
         return degrees <= {2} and bool(values.min(initial=0.0) >= -1e-12 * values.max(initial=0.0))
 
@@ -294,12 +296,13 @@ class _Question:
             return [], 0.0
         if a.rows == 1:
             return [complex(a[0, 0])], _FINE * self.usual_rate()
-        if a.rows <= _MOST_STATES:
+        in_double = in_doubles(a)
+        if a.rows <= _MOST_STATES or not np.isfinite(in_double).all():
             with mpmath.workdps(DIGITS):
                 values = [complex(x) for x in mpmath.eig(a, left=False, right=False)]
             tolerance = _FINE
         else:
-            values, tolerance = np.linalg.eigvals(in_doubles(a)).tolist(), _COARSE
+            values, tolerance = np.linalg.eigvals(in_double).tolist(), _COARSE
         return values, tolerance * max(self.usual_rate(), *map(abs, values))
 
     def usual_rate(self) -> float:

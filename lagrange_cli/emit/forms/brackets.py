@@ -38,8 +38,8 @@ def bracket_sections(writer: FormWriter) -> list[Section]:
         blocks += [Words(writer.say("with")), formulas(named, result=True)]
     sentence = writer.say.counted(
         brackets.certificate.points,
-        "Compared at {count} state with difference quotients, to {digits} digits.",
-        "Compared at {count} states with difference quotients, to {digits} digits.",
+        "Compared at {count} state with numerical derivatives, to {digits} digits.",
+        "Compared at {count} states with numerical derivatives, to {digits} digits.",
         digits=brackets.certificate.digits,
     )
     return [Section(writer.say("Poisson brackets"), (*blocks, Words(sentence)))]

@@ -55,6 +55,9 @@ FRENCH_OF_ANALYSES = {
     "one of a continuum": "un parmi une infinité",
     "it is one of a continuum of equilibria": "il est un parmi une infinité d'équilibres",
     "the forces are not smooth there": "les forces n'y sont pas régulières",
+    "numbers of the linear system are beyond double precision": (
+        "des nombres du système linéaire dépassent la double précision"
+    ),
     "no force acts": "aucune force n'agit",
     "{matrix} is positive definite": "{matrix} est définie positive",
     "{matrix} is degenerate": "{matrix} est dégénérée",
@@ -210,11 +213,11 @@ FRENCH_OF_ANALYSES = {
     "It is not conserved: {reason}.": "Elle n'est pas conservée\u00a0: {reason}.",
     "Poisson brackets": "Crochets de Poisson",
     "with": "avec",
-    "Compared at {count} state with difference quotients, to {digits} digits.": (
-        "Comparé en {count} état aux quotients de différences, à {digits} chiffres."
+    "Compared at {count} state with numerical derivatives, to {digits} digits.": (
+        "Comparé en {count} état aux dérivées numériques, à {digits} chiffres."
     ),
-    "Compared at {count} states with difference quotients, to {digits} digits.": (
-        "Comparé en {count} états aux quotients de différences, à {digits} chiffres."
+    "Compared at {count} states with numerical derivatives, to {digits} digits.": (
+        "Comparé en {count} états aux dérivées numériques, à {digits} chiffres."
     ),
     "{function} is conserved: {rate} vanishes.": "{function} est conservé\u00a0: {rate} s'annule.",
     "{function} is not conserved.": "{function} n'est pas conservé.",

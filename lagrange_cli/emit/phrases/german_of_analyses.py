@@ -51,6 +51,9 @@ GERMAN_OF_ANALYSES = {
     "one of a continuum": "eines von unendlich vielen",
     "it is one of a continuum of equilibria": "es ist eines von unendlich vielen Gleichgewichten",
     "the forces are not smooth there": "die Kräfte sind dort nicht glatt",
+    "numbers of the linear system are beyond double precision": (
+        "Zahlen des linearen Systems liegen jenseits doppelter Genauigkeit"
+    ),
     "no force acts": "keine Kraft wirkt",
     "{matrix} is positive definite": "{matrix} ist positiv definit",
     "{matrix} is degenerate": "{matrix} ist entartet",
@@ -207,11 +210,11 @@ GERMAN_OF_ANALYSES = {
     "It is not conserved: {reason}.": "Sie ist nicht erhalten: {reason}.",
     "Poisson brackets": "Poisson-Klammern",
     "with": "mit",
-    "Compared at {count} state with difference quotients, to {digits} digits.": (
-        "Verglichen an {count} Zustand mit Differenzenquotienten, auf {digits} Stellen."
+    "Compared at {count} state with numerical derivatives, to {digits} digits.": (
+        "Verglichen an {count} Zustand mit numerischen Ableitungen, auf {digits} Stellen."
     ),
-    "Compared at {count} states with difference quotients, to {digits} digits.": (
-        "Verglichen an {count} Zuständen mit Differenzenquotienten, auf {digits} Stellen."
+    "Compared at {count} states with numerical derivatives, to {digits} digits.": (
+        "Verglichen an {count} Zuständen mit numerischen Ableitungen, auf {digits} Stellen."
     ),
     "{function} is conserved: {rate} vanishes.": "{function} ist erhalten: {rate} verschwindet.",
     "{function} is not conserved.": "{function} ist nicht erhalten.",
