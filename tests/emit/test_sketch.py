@@ -376,6 +376,23 @@ initial: {phi: 0.3}
 """
 
 
+ROLLER = """
+parameters: {m: 1e200, R: 0.5}
+particles: {hub: {mass: m, position: [s, 0, R]}}
+coordinates: [s, phi]
+kinetic: {spin: m*R^2*dot(phi)^2/4}
+constraints: {rolls: dot(s) = R*dot(phi)}
+"""
+
+
+def test_parameters_of_any_size_are_tried_as_radii():
+    wheels = strokes(sketch_of(loads(ROLLER).derive().equations), "wheel")
+    assert wheels == strokes(
+        sketch_of(loads(ROLLER, parameters={"m": 1}).derive().equations), "wheel"
+    )
+    assert wheels
+
+
 @pytest.mark.parametrize(
     ("spot", "rolls"),
     [

@@ -298,3 +298,10 @@ def test_a_motion_that_is_refused_is_no_end_of_the_search():
     assert motions.shot(times, np.array([0.3]), np.array([1.0]), 1e-9) is not None
     assert motions.shot(times, np.array([0.3]), np.array([1.0]), 1e-30) is None
     assert motions.simulated(times, np.array([0.3]), np.array([1.0]), 1e-30, 11) is None
+
+
+def test_inertia_may_vanish_at_rest():
+    """T = ẋ⁴/4: a force-free path is straight."""
+    text = "coordinates: [x]\nkinetic: {t: dot(x)^4/4}\npotentials: {v: 0*x}"
+    (only,) = paths(f"name: quartic\n{text}", {"x": 0.5, "t": 0}, {"x": 1, "t": 0.5}).solutions
+    np.testing.assert_allclose(only.trajectory.columns["dot(x)"], 1, atol=1e-9)

@@ -250,8 +250,10 @@ def _wheel(motion: _Motion, down: Array | None, name: str, size: Symbol) -> Whee
 def _rolls(rates: _Rates, radius: float) -> bool:
     """Tell whether the speed is the radius times the rate of the angle, whatever moves."""
     velocities, turning, _ = rates
-    off = velocities.T @ velocities - radius**2 * np.outer(turning, turning)
-    return bool(turning.any() and np.abs(off).max() <= SAME * radius**2 * (turning @ turning))
+    with np.errstate(all="ignore"):
+        turned = velocities / radius
+        off = turned.T @ turned - np.outer(turning, turning)
+    return bool(turning.any() and np.abs(off).max() <= SAME * (turning @ turning))
 
 
 def _is_normal(slopes: Array, velocities: list[Array]) -> bool:

@@ -99,8 +99,9 @@ def _waves(motions: Motions, first: End, last: End) -> int:
     """Return a number of half waves above that of small oscillations between the ends."""
     span, q = last.t - first.t, np.array([first.q, (first.q + last.q) / 2, last.q])
     t = first.t + span * np.array([0, 0.5, 1])
-    stiffness = motions.slopes(t, q, np.zeros_like(q))[0]
-    frequency = math.sqrt(np.max(np.abs(np.nan_to_num(np.linalg.eigvals(stiffness)))))
+    # Where coordinates at rest have no inertia, nothing is known of oscillations.
+    stiffness = np.nan_to_num(motions.slopes(t, q, np.zeros_like(q))[0], posinf=0.0, neginf=0.0)
+    frequency = math.sqrt(np.max(np.abs(np.linalg.eigvals(stiffness))))
     counted = min(frequency * span / math.pi, _MOST_WAVES)
     return min(max(_FEWEST_WAVES, math.ceil(counted) + 2), _MOST_WAVES)
 
