@@ -19,7 +19,7 @@ import yaml
 ROOT = Path(__file__).parents[1]
 
 Command: TypeAlias = "tuple[tuple[str, ...], float]"
-"""Words of the command line, ``@`` for a folder, and how often it is drawn."""
+"""Words of the command line, and how often it is drawn."""
 
 NUMBERS = (
     *("0", "-0", "0.0", "1", "-1", "2", "3", "1/2", "1/3", "0.1", "pi", "1e-3", "1e6"),
@@ -37,6 +37,9 @@ FUNCTIONS = (
     *("atanh", "exp", "log", "sqrt", "abs", "sign", "dot", "ddot"),
 )
 
+#: Values of coordinates at the ends of paths.
+ENDS = ("0", "0.1", "-0.2", "0.5", "1", "pi/2")
+
 #: What an expression is put into; ``@`` stands for it.
 FRAMES = (
     *("min(@, 1/2)", "max(@, 0)", "max(@, t, 1)", "abs(@)", "sign(@)", "norm(@, 1)", "norm(@)"),
@@ -50,21 +53,45 @@ FRAMES = (
     *("sin(cos(sin(cos(sin(cos(@))))))", "max(min(@, 1), -1)", "sign(@)*abs(@)^(3/2)", "@ + t"),
 )
 
-#: Commands with their options; the scene follows.
+#: Formats of documents.
+DOCUMENTS = ("latex", "markdown", "typst")
+
+#: Commands with their options; the scene stands after the first word. ``@x`` and ``@p`` stand for
+#: a coordinate and a parameter that are drawn, ``@from`` and ``@to`` for ends of paths, and other
+#: words that begin with ``@`` for files, ``@data`` for measurements.
 COMMANDS: tuple[Command, ...] = (
     *((("derive",), 4.0), (("derive", "--forces"), 4.0), (("derive", "--form", "explicit"), 2.0)),
     *((("derive", "--form", "multiplier"), 2.0), (("derive", "--format", "latex"), 1.0)),
     *((("derive", "--json", "--forces"), 1.0), (("derive", "--ascii"), 0.5)),
     *((("derive", "--digits", "60"), 0.5), (("derive", "--strict"), 0.3)),
-    *((("emit", "--to", "c", "-o", "@"), 2.0), (("emit", "--to", "python", "-o", "@"), 2.0)),
-    *((("emit", "--to", "latex", "-o", "@"), 1.0), (("check",), 3.0)),
+    *((("derive", "--form", "first-order"), 1.0), (("derive", "--form", "routhian"), 1.0)),
+    *((("derive", "--form", "hamiltonian", "--bracket", "p_@x, @x^2"), 1.0),),
+    *((("derive", "--form", "small-oscillations", "--json"), 1.0), (("derive", "--steps"), 1.0)),
+    *((("derive", "--by", way, "--forces"), 1.0) for way in ("dalembert", "virtual-work")),
+    *((("derive", "--form", "routhian", "--format", "latex", "--plot", "@out.svg"), 0.5),),
+    *((("derive", "--steps", "--format", form, "--language", "de"), 0.5) for form in DOCUMENTS),
+    *((("emit", "--to", "c", "-o", "@out"), 2.0), (("emit", "--to", "python", "-o", "@out"), 2.0)),
+    *((("emit", "--to", "latex", "-o", "@out"), 1.0), (("check",), 3.0)),
+    *((("emit", "--to", language, "-o", "@out"), 0.5) for language in ("typst", "tikz", "svg")),
+    *((("analyze",), 4.0), (("analyze", "--steady"), 1.5), (("analyze", "--modes", "--json"), 1.0)),
+    *((("analyze", f"--{part}"), 1.0) for part in ("symmetries", "equilibria", "contacts")),
+    *((("analyze", "--linearization", "--at", "@x=0.3", "-o", "@out.npz"), 1.0),),
+    *((("analyze", "--branches", "@p=0..2", "--plot", "@out.svg", "--loci", "@loci.svg"), 1.5),),
+    *((("analyze", "--lyapunov", "0.1"), 0.5), (("analyze", "--along", "0.1"), 0.7)),
+    *((("analyze", "--response", "0.1..10", "--plot", "@out.svg"), 1.0),),
+    *((("analyze", "--format", form, "--language", "fr"), 0.5) for form in DOCUMENTS),
+    *((("path", "--from", "@from", "--to", "@to", "--starts", "4", "-o", "@out.json"), 4.0),),
+    *((("fit", "@data", "--free", names, "--accuracy", "1e-6"), 2.0) for names in ("@p", "@p,@x")),
     (("simulate", "--until", "0.01", "--samples", "3", "--budget", "5"), 0.7),
     (("simulate", "--until", "0.01", "--samples", "3", "--budget", "5", "--with", "forces"), 0.2),
+    (("simulate", "--until", "2", "--budget", "5", "--section", "@x=0.1, dot(@x)>0"), 4.0),
 )
 
 _NUMBER = re.compile(r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])")
 _FUNCTION = re.compile(r"\b(" + "|".join(FUNCTIONS) + r"|min|max|norm|atan2)\(")
 _NAME = re.compile(r"\b[A-Za-z_]\w*\b")
+_FAMILY = re.compile(r"\[\w+ *= *1 *\.\. *\w+\]$")
+_PLACEHOLDER = re.compile(r"@(?:x|p|from|to)(?!\w)")
 
 
 def texts_in(node: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
@@ -274,7 +301,8 @@ constraints:
   u: {distance: [o, a], equals: l}
   v: {distance: [a, b], equals: l*(1 + sin(t)/10)}
 coordinates: [p, q]
-definitions: {x_a: l*sin(p), z_a: -l*cos(p)}
+definitions: {x_a: l*sin(p), z_a: -l*cos(p), x_b: x_a + l*(1 + sin(t)/10)*sin(q)}
+near: {z_b: -1.5}
 potentials: {w: {gravity: g}}
 initial: {p: 0.5, q: 0.3}
 """,
@@ -282,11 +310,13 @@ initial: {p: 0.5, q: 0.3}
 name: bare
 coordinates: [x, y]
 kinetic: {k: dot(x)^2/2 + (1 + x^2)*dot(y)^2/2}
-potentials: {v: exp(-x^2) + log(1 + y^2)}
+inputs: {u: sin(t)}
+potentials: {v: exp(-x^2) + log(1 + y^2) - u*x, w: 2*x^2}
 dissipation: {d: dot(x)^2/2}
+outputs: {o: x + u}
 initial: {x: 0.3, y: 0.2, dot(x): 0.1}
 simulate: {until: 0.01, accuracy: 1e-5, samples: 3}
-expect: {dof: 2, equations: {a: ddot(x) = x*dot(y)^2 + 2*x*exp(-x^2) - dot(x)}}
+expect: {dof: 2, equations: {a: ddot(x) = x*dot(y)^2 + 2*x*exp(-x^2) - dot(x) + u - 4*x}}
 """,
     """
 name: ring
@@ -317,11 +347,12 @@ def sources() -> list[Any]:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A scene's text, and the words of the command that it is given to."""
+    """A scene's text, the words of the command that it is given to, and measurements of it."""
 
     number: int
     words: tuple[str, ...]
     text: str
+    measured: str = ""
 
 
 def mutant(
@@ -329,13 +360,40 @@ def mutant(
 ) -> Mutant:
     """The mutant of a number: the same one in every run of a seed."""
     draw = random.Random(f"{seed} {number}")
-    tree = json.loads(json.dumps(draw.choice(trees), default=str))
+    # YAML 1.1 reads the key ``on`` as true.
+    tree = json.loads(json.dumps(draw.choice(trees), default=str).replace('"true":', '"on":'))
     changes, weights = zip(*CHANGES, strict=True)
-    for _ in range(draw.choice((1, 1, 1, 2, 2, 3, 4))):
+    for _ in range(draw.choice((0, 1, 1, 1, 1, 2, 2, 3))):
         (change,) = draw.choices(changes, weights)
         # A tree may have lost what a change looks for.
         with contextlib.suppress(IndexError, KeyError, TypeError, AttributeError):
             change(tree, draw)
     words, weights = zip(*commands, strict=True)
     (chosen,) = draw.choices(words, weights)
-    return Mutant(number, chosen, _text(tree, draw))
+    if chosen != ("check",) and draw.random() < 0.1:
+        chosen += ("-p", f"@p={draw.choice(NUMBERS)}")
+    text, meaning = _text(tree, draw), _placeholders(tree, draw)
+    filled = [_PLACEHOLDER.sub(lambda match: meaning[match.group()], word) for word in chosen]
+    measured = f"t,{meaning['@x']}\n0,0.3\n0.1,0.31\n0.2,0.29\n0.3,\n0.4,0.35\n"
+    return Mutant(number, tuple(filled), text, measured)
+
+
+def _names(tree: Any, section: str, known: Sequence[str]) -> list[str]:
+    """Names that a section declares, families written out for three members."""
+    declared = tree.get(section) if isinstance(tree, dict) else None
+    words = [str(word) for word in declared] if isinstance(declared, (list, dict)) else []
+    members = [_FAMILY.sub(f"[{i}]", word) for word in words for i in (1, 2, 3)]
+    return list(dict.fromkeys(members)) or list(known)
+
+
+def _placeholders(tree: Any, draw: random.Random) -> dict[str, str]:
+    """The words of a command that name what the scene declares."""
+    coordinates = _names(tree, "coordinates", "x")
+    values = NUMBERS if draw.random() < 0.1 else ENDS
+    ends = [", ".join(f"{x}={draw.choice(values)}" for x in coordinates) for _ in range(2)]
+    return {
+        "@x": draw.choice(coordinates),
+        "@p": draw.choice(_names(tree, "parameters", "g")),
+        "@from": f"{ends[0]}, t=0",
+        "@to": f"{ends[1]}, t=0.5",
+    }

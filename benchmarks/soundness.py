@@ -121,7 +121,8 @@ PARTS = (
     Part(
         "mutants",
         "Mutated scenes and expressions",
-        "Through the command line: exit codes, places of refusals, and seconds.",
+        "Through derive, emit, check, analyze, path, fit and simulate: exit codes, places of"
+        " refusals, and seconds.",
         ("--mutants", "30000"),
     ),
     Part(

@@ -25,19 +25,20 @@ def campaign(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 def test_mutants_end_in_an_answer_or_a_located_refusal(
     campaign: ModuleType, tmp_path: Path
 ) -> None:
-    """Of small scenes, so that many run within seconds; nothing is integrated."""
+    """Of small scenes, by all commands but those that integrate for long."""
     mutants = importlib.import_module("mutants")
-    quick = [entry for entry in mutants.COMMANDS if entry[0][0] in ("derive", "emit")]
+    slow = ("path", "fit", "--lyapunov", "--along", "--branches")
+    quick = [entry for entry in mutants.COMMANDS if not {*slow} & {*entry[0]}]
     trees = [yaml.safe_load(text) for text in mutants.SEEDS]
     outcomes = [
         campaign.run_mutant(campaign.mutant(number, 3, trees, quick), tmp_path)
-        for number in range(120)
+        for number in range(30)
     ]
     assert [outcome for outcome in outcomes if outcome.problem] == []
     codes = Counter(outcome.code for outcome in outcomes)
     # Most are refused, and enough are derived.
-    assert codes[0] >= 7
-    assert codes[2] >= 48
+    assert codes[0] >= 5
+    assert codes[2] >= 10
 
 
 def test_a_mutant_is_the_same_in_every_run(campaign: ModuleType) -> None:
