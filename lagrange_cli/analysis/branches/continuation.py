@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.analysis.branches.curve import CurvePoint, Space
+from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.values import EndKind
@@ -55,6 +56,7 @@ def follow(space: Space, start: CurvePoint, most: int = MOST_POINTS) -> Way:
     points, step = [start], _FIRST
     while len(points) < most:
         here = points[-1]
+        announce(f"following a branch at {here.y[-1]:.6g}")
         step = min(step, _longest(space, here))
         after = _stepped(space, here, step)
         if after is None:
