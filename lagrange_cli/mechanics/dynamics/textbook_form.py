@@ -242,7 +242,8 @@ class _Rows:
                 (c, sp.Integer(1)) for c in shortest_groups(free, constants, self.brackets)
             )
         terms.extend((-entry, multiplier) for entry, multiplier in self.pushes[row])
-        coefficients = alike_oriented([c for c, _ in terms], self.written)
+        # Velocities stand in coefficients too, where a force is no polynomial in them.
+        coefficients = alike_oriented([c.xreplace(wholes) for c, _ in terms], self.written)
         return [(c, f) for c, (_, f) in zip(coefficients, terms, strict=True) if c != 0]
 
     def _linear_together(

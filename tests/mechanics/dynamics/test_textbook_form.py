@@ -207,3 +207,25 @@ def test_numbers_and_squares_as_in_a_textbook(
     assert kinetic in str(e.system.kinetic)
     assert str(e.derivation.shown[0].terms[0][0]).startswith(first)
     assert (e.derivation.shown[0].divided_by != 1) == divided
+
+
+def test_forces_that_are_no_polynomials_keep_their_velocities() -> None:
+    e = derived(
+        """
+parameters: {m: 1.5, u: 0.5}
+coordinates: [y]
+particles: {b: {mass: m, position: [0, y, 0]}}
+dissipation: {drag: "u*max(0, 1 - abs((dot(y) - 7.5)/1e-9))"}
+"""
+    )
+    (equation,) = e.derivation.shown
+    (c,) = e.system.coordinates
+    whole = e.system.mass_matrix[0][0] * c.a - e.system.forcing[0]
+    assert (equation.residual * equation.divided_by).free_symbols == whole.free_symbols
+    at = {
+        c.a: 2,
+        c.v: sp.Rational(15, 2) + sp.Rational(1, 10**10),
+        **{p.symbol: p.value for p in e.system.parameters},
+    }
+    shown = (equation.residual * equation.divided_by).subs(at)
+    assert shown == whole.subs(at)
