@@ -101,8 +101,8 @@ class Coordinate:
     q, v, a
         Independent symbols of q, q̇ and q̈.
     is_angle
-        True if it enters positions only through 2π-periodic functions, or if it enters none and
-        has no unit all terms of the scene; or if it has unit rad.
+        True if it has the unit rad, if it enters positions only through 2π-periodic functions, or
+        if it enters none, has no unit, and enters the scene's terms only through such functions.
     unit, description, latex
         Texts of the scene, None if absent.
     mark

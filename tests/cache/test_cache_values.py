@@ -26,8 +26,8 @@ def tree(value: Any) -> Any:
     """A value as nested tuples, with the class and the arguments of every expression in order."""
     if isinstance(value, sp.Basic):
         if not value.args:
-            # With the assumptions that were declared; those that were deduced depend on questions.
-            return type(value).__name__, sp.srepr(value)
+            # Symbols are equal by their assumptions, declared in whatever words.
+            return type(value).__name__, value
         return value.func.__name__, *map(tree, value.args)
     if is_dataclass(value):
         return type(value), *(tree(getattr(value, f.name)) for f in fields(value))

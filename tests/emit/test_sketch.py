@@ -487,10 +487,14 @@ initial: {phi: 1, theta: 0.5}
 
 def test_points_are_drawn_without_particles():
     sketch = sketch_of(loads(TOP, file="top.yaml").derive().equations)
-    assert sorted(dot.kind for dot in sketch.dots) == ["joint", "origin"]
-    places = [np.array(dot.at) for dot in sketch.dots]
+    assert [(dot.kind, dot.name) for dot in sketch.dots] == [("joint", "axis")]
+    # The angle is drawn at the fixed point, which stands on the ground.
+    assert [s.name for s in sketch.strokes if s.kind == "angle"] == ["theta"]
+    assert {s.name for s in sketch.strokes if s.kind == "ground"} == {"tip"}
+    (rod,) = (s for s in sketch.strokes if s.kind == "rod")
+    tip, axis = map(np.array, rod.points)
     # In units of l: up by cos θ and, as x comes towards the viewer, down by a part of x.
-    assert abs(places[0][1] - places[1][1]) > abs(places[0][0] - places[1][0]) > 0
+    assert axis[1] - tip[1] > abs(axis[0] - tip[0]) > 0
 
 
 UNKNOWN = """

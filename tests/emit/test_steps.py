@@ -399,7 +399,7 @@ def test_the_rate_of_an_angle_that_rolls_is_said_before_it_is_put_in(tmp_path, c
     words = [str(scene), "--steps"]
     assert lines(capsys, words, "Positions")[-2:] == [
         "By the constraints",
-        "φ = (a φ_0 + (R - a) (θ - θ_0)) / a",
+        "φ = φ_0 + (R - a) (θ - θ_0) / a",
     ]
     assert lines(capsys, words, "Velocities")[-1] == "φ̇ = (R - a) θ̇ / a"
     assert lines(capsys, words, "Kinetic energy")[1:] == [

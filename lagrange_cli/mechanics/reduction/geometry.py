@@ -9,6 +9,7 @@ from typing import Literal
 
 import sympy as sp
 from mpmath import mpf
+from mpmath.libmp import to_rational
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics.algebra.derivatives import derivative
@@ -23,6 +24,7 @@ from lagrange_cli.mechanics.elimination.solve_equation import (
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, SymbolValues
+from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import must_stay
 from lagrange_cli.scene.language.expression import Expression
@@ -280,7 +282,7 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
     elimination = geometry.elimination
     present = leftover.reduced.free_symbols
     involved = sorted(present & geometry.order.keys(), key=geometry.order.__getitem__)
-    if leftover.constant or not involved:
+    if not involved or (leftover.constant and _has_one_value(leftover.reduced, involved, geometry)):
         raise contradiction_error(
             geometry.names, elimination, leftover.number, leftover.reduced, geometry.reference
         )
@@ -296,6 +298,14 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
             involved,
             *_surplus(geometry, leftover.reduced, involved),
         )
+
+
+def _has_one_value(phi: sp.Expr, moving: Sequence[sp.Symbol], geometry: Geometry) -> bool:
+    """Tell whether an expression is proven to be constant: (x + y)^100 nearly is at small x, y."""
+    values = {p: geometry.reference.get(p) for p in geometry.names.parameters.values()}
+    exact = {p: sp.Rational(*to_rational(x._mpf_)) for p, x in values.items() if x is not None}
+    candidates = phi, phi.xreplace(exact)
+    return any(all(does_not_depend(e, q) for q in moving) for e in candidates)
 
 
 def _surplus(

@@ -25,6 +25,12 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import Tape
 from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
+from lagrange_cli.mechanics.numerics.elementary import (
+    in_decimals,
+    numbers_as_decimals,
+    to_decimal,
+    to_mpf,
+)
 from lagrange_cli.mechanics.numerics.gauss_newton import least_norm_solution
 from lagrange_cli.mechanics.numerics.rank import clearly_independent, dependent_rows
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
@@ -265,7 +271,13 @@ def test_solutions_of_many_equations_have_all_digits_and_are_least() -> None:
     scale = [mpf(1 + j % 4) for j in range(count + 2)]
     target = [mpf(k * k % 7) - 3 for k in range(count)]
     with mpmath.workdps(40):
-        found = least_norm_solution(rows, target, scale)
+        with in_decimals():
+            numbers = least_norm_solution(
+                [numbers_as_decimals(row) for row in rows],
+                [to_decimal(x) for x in target],
+                [to_decimal(x) for x in scale],
+            )
+        found = [to_mpf(x) for x in numbers]
         matrix = mpmath.zeros(count, count + 2)
         for k, row in enumerate(rows):
             for j, x in row.items():
