@@ -179,8 +179,12 @@ class _System:
         return mean, bound * (radius**-power / _CIRCLE)
 
     def static(self) -> Complexes:
-        """Return G(0) without the part of poles at zero, shape (outputs, inputs)."""
-        return self._laurent(0.0, self.zero, 0)[0] if self.zero else self.at(0.0)[0]
+        """Return G(0) without the part of poles at zero, shape (outputs, inputs).
+
+        Gains that rounding errors do not tell from 0 are 0.
+        """
+        gain, bound = self._laurent(0.0, self.zero, 0) if self.zero else self.at(0.0)
+        return np.where(np.abs(gain) > bound, gain, 0.0)
 
 
 def _frequencies(system: _System, low: float, high: float) -> Matrix:
