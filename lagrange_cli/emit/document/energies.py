@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.phrases.equations import is_generalized_potential, without_line
+from lagrange_cli.emit.phrases.equations import (
+    has_kinetic_energy,
+    is_generalized_potential,
+    without_line,
+)
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
 
 
@@ -13,7 +17,7 @@ def energies(writer: DocumentWriter) -> Section | None:
     """T, V, L, and the dissipation function where there is one."""
     equations, labels, say = writer.equations, writer.labels, writer.say
     dissipates, generalized = equations.system.dissipation != 0, is_generalized_potential(equations)
-    phrases = {
+    phrase = {
         (False, False): say("The kinetic energy, the potential and the Lagrangian are"),
         (True, False): say("The kinetic energy, the generalized potential and the Lagrangian are"),
         (False, True): say(
@@ -24,6 +28,8 @@ def energies(writer: DocumentWriter) -> Section | None:
             " function are"
         ),
     }[generalized, dissipates]
+    if not has_kinetic_energy(equations):
+        phrase = say("The Lagrangian and its parts are")
     potential = labels["U" if generalized else "V"]
     kinetic, whole, dissipation = writer.energy_forms
     rows = [
@@ -38,7 +44,7 @@ def energies(writer: DocumentWriter) -> Section | None:
         lagrangian = writer.letters.inline(labels["L"])
         without = say("Here {lagrangian} is {without}.", lagrangian=lagrangian, without=without)
     rows_below = formulas(rows, result=True)
-    return section(say("Lagrangian"), Words(phrases), rows_below, writer.paragraph(without))
+    return section(say("Lagrangian"), Words(phrase), rows_below, writer.paragraph(without))
 
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:

@@ -120,6 +120,7 @@ FRENCH = {
     "fewer operations": "moins d'opérations",
     "the coordinates are declared": "les coordonnées sont déclarées",
     "Lagrangian": "Lagrangien",
+    "The Lagrangian and its parts are": ("Le lagrangien et ses parties sont"),
     "The kinetic energy, the potential and the Lagrangian are": (
         "L'énergie cinétique, le potentiel et le lagrangien sont"
     ),
@@ -331,6 +332,7 @@ FRENCH = {
     "Coordinates are displaced at a fixed time:": (
         "Les coordonnées sont déplacées à temps fixé\u00a0:"
     ),
+    "Lagrangian without potential": "Lagrangien sans potentiel",
     "Kinetic energy": "Énergie cinétique",
     "Potential energy": "Énergie potentielle",
     "Generalized potential": "Potentiel généralisé",

@@ -123,6 +123,7 @@ GERMAN = {
     "the coordinates are declared": "die Koordinaten sind angegeben",
     # -- energies and forces
     "Lagrangian": "Lagrange-Funktion",
+    "The Lagrangian and its parts are": ("Die Lagrange-Funktion und ihre Teile sind"),
     "The kinetic energy, the potential and the Lagrangian are": (
         "Die kinetische Energie, das Potential und die Lagrange-Funktion sind"
     ),
@@ -334,6 +335,7 @@ GERMAN = {
     ),
     "Virtual displacements": "Virtuelle Verrückungen",
     "Coordinates are displaced at a fixed time:": "Die Koordinaten werden zu fester Zeit verrückt:",
+    "Lagrangian without potential": "Lagrange-Funktion ohne Potential",
     "Kinetic energy": "Kinetische Energie",
     "Potential energy": "Potentielle Energie",
     "Generalized potential": "Verallgemeinertes Potential",

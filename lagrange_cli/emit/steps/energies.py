@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.phrases.equations import is_generalized_potential
+from lagrange_cli.emit.phrases.equations import has_kinetic_energy, is_generalized_potential
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,
@@ -35,8 +35,10 @@ def kinetic_energy(writer: StepsWriter) -> Section | None:
     is_whole = len(steps.kinetic) == 1 and not steps.bodies
     rows = [*squares, *(_term(writer, term) for term in steps.kinetic if not is_whole)]
     written = [*map(_half_square, steps.bodies), *(term.written for term in steps.kinetic)]
+    say, equations = writer.say, writer.equations
+    free = say("Lagrangian without potential")
     return section(
-        writer.say("Kinetic energy"),
+        say("Kinetic energy") if has_kinetic_energy(equations) else free,
         formulas(rows),
         formulas(
             [writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.system.kinetic)],
