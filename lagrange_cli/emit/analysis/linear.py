@@ -12,7 +12,7 @@ from lagrange_cli.emit.analysis.matrices import Matrices
 from lagrange_cli.emit.analysis.places import Places
 from lagrange_cli.emit.analysis.wording import damping_line
 from lagrange_cli.emit.document_options import MOST_LISTED
-from lagrange_cli.emit.phrases.equations import free_letter
+from lagrange_cli.emit.phrases.labels import free_letter
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.ordering import root_of

@@ -17,8 +17,8 @@ from lagrange_cli.emit.document.writer import DocumentWriter
 from lagrange_cli.emit.document_options import sections_of
 from lagrange_cli.emit.forms.contents import FORMS, form_sections
 from lagrange_cli.emit.initial_state import multiple_of_pi
-from lagrange_cli.emit.phrases.equations import multiplier_label
 from lagrange_cli.emit.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.emit.phrases.labels import multiplier_label
 from lagrange_cli.emit.steps.board import conclusions, working
 from lagrange_cli.emit.steps.sections import (
     Block,

@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.phrases.equations import (
-    has_kinetic_energy,
-    is_generalized_potential,
-    without_line,
-)
+from lagrange_cli.emit.phrases.equations import is_generalized_potential, without_line
+from lagrange_cli.emit.phrases.labels import has_kinetic_energy
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas, section
 
 
@@ -29,7 +26,7 @@ def energies(writer: DocumentWriter) -> Section | None:
         ),
     }[generalized, dissipates]
     if not has_kinetic_energy(equations):
-        phrase = say("The Lagrangian and its parts are")
+        phrase = ""
     potential = labels["U" if generalized else "V"]
     kinetic, whole, dissipation = writer.energy_forms
     rows = [
@@ -44,7 +41,9 @@ def energies(writer: DocumentWriter) -> Section | None:
         lagrangian = writer.letters.inline(labels["L"])
         without = say("Here {lagrangian} is {without}.", lagrangian=lagrangian, without=without)
     rows_below = formulas(rows, result=True)
-    return section(say("Lagrangian"), Words(phrase), rows_below, writer.paragraph(without))
+    return section(
+        say("Lagrangian"), writer.paragraph(phrase), rows_below, writer.paragraph(without)
+    )
 
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:

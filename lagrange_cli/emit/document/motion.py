@@ -7,11 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.document.writer import DocumentWriter
-from lagrange_cli.emit.phrases.equations import (
-    divisor_and_factor,
-    explicit_line,
-    multipliers_line,
-)
+from lagrange_cli.emit.phrases.equations import divisor_and_factor, explicit_line, multipliers_line
 from lagrange_cli.emit.steps.by_lagrange import lagrange_law
 from lagrange_cli.emit.steps.sections import Block, Formula, Law, Section, Words, formulas, section
 from lagrange_cli.mechanics.dynamics.accelerations import (

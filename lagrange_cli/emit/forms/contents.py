@@ -10,7 +10,8 @@ from lagrange_cli.emit.forms.hamiltonian import hamiltonian_sections
 from lagrange_cli.emit.forms.routhian import routhian_sections
 from lagrange_cli.emit.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.emit.forms.writer import FormWriter
-from lagrange_cli.emit.phrases.equations import explicit_line, free_letter
+from lagrange_cli.emit.phrases.equations import explicit_line
+from lagrange_cli.emit.phrases.labels import free_letter
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas
 from lagrange_cli.mechanics.dynamics.accelerations import differentiated, explicit_form
 from lagrange_cli.notation.build import display_row

@@ -11,7 +11,7 @@ import sympy
 from lagrange_cli.analysis.forms.routhian import Routhian, routhian_form
 from lagrange_cli.analysis.symmetries.starting_values import value_at_start
 from lagrange_cli.emit.forms.writer import FormWriter, certified
-from lagrange_cli.emit.phrases.equations import quantity_labels
+from lagrange_cli.emit.phrases.labels import quantity_labels
 from lagrange_cli.emit.steps.sections import Block, Formula, Section, Words, formulas
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.notation.build import display_row

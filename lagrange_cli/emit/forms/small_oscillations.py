@@ -10,7 +10,7 @@ import sympy as sp
 
 from lagrange_cli.analysis.small_oscillations import SmallOscillations, small_oscillations
 from lagrange_cli.emit.forms.writer import FormWriter
-from lagrange_cli.emit.phrases.equations import free_letter
+from lagrange_cli.emit.phrases.labels import free_letter
 from lagrange_cli.emit.steps.sections import Formula, Section, Words, formulas
 from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.ordering import symbol_of

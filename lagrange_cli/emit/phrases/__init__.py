@@ -5,4 +5,4 @@ phrases stand in the code that says them; :mod:`.german` and :mod:`.french` have
 each. Read :mod:`.language` first.
 """
 
-__all__ = ["equations", "families", "forces", "language"]
+__all__ = ["equations", "families", "forces", "labels", "language"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from lagrange_cli.emit.phrases.equations import multiplier_label
+from lagrange_cli.emit.phrases.labels import multiplier_label
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
 from lagrange_cli.notation.symbols import multiplier_symbol
 

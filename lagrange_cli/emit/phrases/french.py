@@ -120,7 +120,6 @@ FRENCH = {
     "fewer operations": "moins d'opérations",
     "the coordinates are declared": "les coordonnées sont déclarées",
     "Lagrangian": "Lagrangien",
-    "The Lagrangian and its parts are": ("Le lagrangien et ses parties sont"),
     "The kinetic energy, the potential and the Lagrangian are": (
         "L'énergie cinétique, le potentiel et le lagrangien sont"
     ),

@@ -123,7 +123,6 @@ GERMAN = {
     "the coordinates are declared": "die Koordinaten sind angegeben",
     # -- energies and forces
     "Lagrangian": "Lagrange-Funktion",
-    "The Lagrangian and its parts are": ("Die Lagrange-Funktion und ihre Teile sind"),
     "The kinetic energy, the potential and the Lagrangian are": (
         "Die kinetische Energie, das Potential und die Lagrange-Funktion sind"
     ),

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.phrases.equations import has_kinetic_energy, is_generalized_potential
+from lagrange_cli.emit.phrases.equations import is_generalized_potential
+from lagrange_cli.emit.phrases.labels import has_kinetic_energy
 from lagrange_cli.emit.steps.sections import (
     Block,
     Formula,

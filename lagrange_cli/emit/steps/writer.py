@@ -11,7 +11,7 @@ import sympy
 
 from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
 from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
-from lagrange_cli.emit.phrases.equations import free_letter, quantity_labels
+from lagrange_cli.emit.phrases.labels import free_letter, quantity_labels
 from lagrange_cli.emit.phrases.language import ENGLISH, Language
 from lagrange_cli.emit.steps.letters import Letters
 from lagrange_cli.emit.steps.sections import Formula, Title, Words

@@ -15,10 +15,10 @@ from lagrange_cli.emit.phrases.equations import (
     loss_line,
     none_conserved_line,
     only_between_impacts,
-    quantity_labels,
     sum_line,
     undecided,
 )
+from lagrange_cli.emit.phrases.labels import quantity_labels
 from lagrange_cli.emit.text.writer import TextWriter
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from lagrange_cli.emit.phrases.equations import (
-    contacts_lines,
-    multiplier_label,
-    multipliers_line,
-)
+from lagrange_cli.emit.phrases.equations import contacts_lines, multipliers_line
 from lagrange_cli.emit.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.emit.phrases.labels import multiplier_label
 from lagrange_cli.emit.text.writer import TextWriter, heading_row, leads_after
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import FamilyRow

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.phrases.equations import (
     is_generalized_potential,
-    quantity_labels,
     recorded_line,
     without_line,
 )
+from lagrange_cli.emit.phrases.labels import quantity_labels
 from lagrange_cli.emit.text.writer import TextWriter, heading_row, with_asides
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import Form

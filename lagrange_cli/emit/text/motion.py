@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.phrases.equations import (
-    divisor_and_factor,
-    explicit_line,
-    quantity_labels,
-)
+from lagrange_cli.emit.phrases.equations import divisor_and_factor, explicit_line
+from lagrange_cli.emit.phrases.labels import quantity_labels
 from lagrange_cli.emit.text.writer import TextWriter, heading_row, leads_after
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.dynamics.accelerations import (
