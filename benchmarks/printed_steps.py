@@ -576,6 +576,7 @@ _SECTIONS = {
     "Accelerations": Judge.accelerations,
     "Virtual displacements": Judge.displacements,
     "Kinetic energy": Judge.kinetic,
+    "Lagrangian without potential": Judge.kinetic,
     "Potential energy": Judge.potential,
     "Generalized potential": Judge.potential,
     "Lagrangian": Judge.lagrangian,
