@@ -33,13 +33,14 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError, InternalError, Mark, NotRealError, Problem
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
-from lagrange_cli.mechanics.certify.contacts import DecimalRow
-from lagrange_cli.mechanics.certify.routes import DecimalValues, Observation, Tapes
+from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.diagnosis.errors import nesting_error
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import Certificate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.numerics.elementary import (
+    DecimalRow,
+    DecimalValues,
     in_decimals,
     numbers_as_decimals,
     to_decimal,

@@ -14,11 +14,11 @@ from decimal import Decimal
 import mpmath
 from mpmath import mpf
 
-from lagrange_cli.mechanics.certify.contacts import DecimalRow, DerivedClosures, GapCheck, relative
-from lagrange_cli.mechanics.certify.routes import DecimalValues, Observation, Tapes
+from lagrange_cli.mechanics.certify.contacts import DerivedClosures, GapCheck, relative
+from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, Tape
-from lagrange_cli.mechanics.numerics.elementary import to_decimal, to_mpf
+from lagrange_cli.mechanics.numerics.elementary import DecimalRow, DecimalValues, to_decimal, to_mpf
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 
 _ZERO = Decimal(0)

@@ -8,23 +8,20 @@ lie where the gap is closed.
 from __future__ import annotations
 
 import decimal
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from decimal import Decimal
-from typing import TypeAlias
 
 from sympy import Symbol
 
-from lagrange_cli.mechanics.certify.routes import DecimalValues, Tapes
+from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, Tape
+from lagrange_cli.mechanics.numerics.elementary import DecimalRow, DecimalValues
 from lagrange_cli.mechanics.reduction.geometry import gap_over_names
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.system import Closure
 
 _ZERO = Decimal(0)
-
-DecimalRow: TypeAlias = Mapping[int, Decimal]
-"""The entries of a row that are not zero, by column."""
 
 #: Reported, expected, and the size of the parts.
 _Triple = tuple[Decimal, Decimal, Decimal]

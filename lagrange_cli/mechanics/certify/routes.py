@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import TypeAlias
 
 import sympy as sp
 from mpmath import mpf
@@ -20,15 +19,13 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Jet, Tape
+from lagrange_cli.mechanics.numerics.elementary import DecimalValues
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 
 _ZERO, _ONE = Decimal(0), Decimal(1)
 _CONSTANT: Jet = (_ONE, _ZERO, _ZERO)
 #: The energy where there is none: it equals no other number.
 _NO_ENERGY = Decimal("1e999")
-
-DecimalValues: TypeAlias = Mapping[sp.Symbol, Decimal]
-""":data:`.rank.SymbolValues` in decimals."""
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ from mpmath import mpf
 from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, Jet, Tape
 from lagrange_cli.mechanics.numerics.autodiff_float import DoubleTape
 from lagrange_cli.mechanics.numerics.elementary import (
+    DecimalRow,
+    DecimalValues,
     in_decimals,
     numbers_as_decimals,
     numbers_as_mpf,
@@ -65,8 +67,6 @@ _FAR = Decimal("1e30")
 _FLAT = Decimal("1e-8")
 
 _Point = Mapping[sp.Symbol, mpf]
-_Decimals = Mapping[sp.Symbol, Decimal]
-_DecimalRow = Mapping[int, Decimal]
 
 
 class Manifold:
@@ -144,7 +144,7 @@ class Manifold:
             pass
         return None
 
-    def _with_positions(self, point: _Point, moved: _Decimals) -> dict[sp.Symbol, mpf]:
+    def _with_positions(self, point: _Point, moved: DecimalValues) -> dict[sp.Symbol, mpf]:
         """Give the coordinates of a point the values that Newton's method reached."""
         return {**point, **{s: to_mpf(moved[s]) for s in self.q}}
 
@@ -189,11 +189,11 @@ class Manifold:
                 break
         return moved
 
-    def _reach(self, row: _DecimalRow) -> Decimal:
+    def _reach(self, row: DecimalRow) -> Decimal:
         """Sum |∂φ/∂q|·scale: the change of φ over the scale of every coordinate."""
         return sum((abs(x) * self._units[j] for j, x in row.items()), _ZERO)
 
-    def _allows(self, point: _Decimals, first: int) -> bool:
+    def _allows(self, point: DecimalValues, first: int) -> bool:
         """Say whether equations hold, and from the ``first`` on inequalities."""
         levels = self._at(point).values
         return all(
@@ -201,7 +201,9 @@ class Manifold:
             for k, miss in enumerate(self._misses(point))
         )
 
-    def _reached(self, point: _Decimals, rows: Sequence[int]) -> dict[sp.Symbol, Decimal] | None:
+    def _reached(
+        self, point: DecimalValues, rows: Sequence[int]
+    ) -> dict[sp.Symbol, Decimal] | None:
         """Run Newton's method, in doubles first for a large system; None if it fails."""
         if len(rows) <= _LARGE:
             return self._newton(point, rows)
@@ -211,7 +213,7 @@ class Manifold:
             return self._newton(point, rows)  # beyond the range of doubles
         return None if near is None else self._refined(*near, rows)
 
-    def _newton(self, point: _Decimals, rows: Sequence[int]) -> dict[sp.Symbol, Decimal] | None:
+    def _newton(self, point: DecimalValues, rows: Sequence[int]) -> dict[sp.Symbol, Decimal] | None:
         """Run Newton's method with gradients at every step; None if it makes no progress."""
         moved, before, smallest = dict(point), _INFINITE, _smallest()
         for count in range(_STEPS):
@@ -227,7 +229,7 @@ class Manifold:
         return None
 
     def _approached(
-        self, point: _Decimals, rows: Sequence[int]
+        self, point: DecimalValues, rows: Sequence[int]
     ) -> tuple[dict[sp.Symbol, Decimal], LeastSquares] | None:
         """Approach the manifold in doubles, and linearize there; None without a point nearby.
 
@@ -281,7 +283,7 @@ class Manifold:
                 point[s] -= unit * x
         return max(map(abs, step), default=_ZERO)
 
-    def _holds(self, start: _Decimals, point: _Decimals, rows: Sequence[int]) -> bool:
+    def _holds(self, start: DecimalValues, point: DecimalValues, rows: Sequence[int]) -> bool:
         """Say whether equations are satisfied, or have lost their gradient since the start."""
         if len(rows) > _LARGE and self._clearly_holds(point, rows):
             return True
@@ -291,10 +293,10 @@ class Manifold:
         before, after = self._slopes(start), self._slopes(point)
         return all(_steepest(after[k]) <= _FLAT * _steepest(before[k]) for k in wrong)
 
-    def _at(self, point: _Decimals) -> DecimalRun:
+    def _at(self, point: DecimalValues) -> DecimalRun:
         return self._positions.run_in_decimals(self._still(point), 0)
 
-    def _still(self, point: _Decimals) -> list[Jet]:
+    def _still(self, point: DecimalValues) -> list[Jet]:
         return [(point[s], _ZERO, _ZERO) for s in self._symbols]
 
     def violations(self, point: _Point) -> list[mpf]:
@@ -305,7 +307,7 @@ class Manifold:
         with in_decimals():
             return [to_mpf(x) for x in self._misses(numbers_as_decimals(point))]
 
-    def _misses(self, point: _Decimals) -> list[Decimal]:
+    def _misses(self, point: DecimalValues) -> list[Decimal]:
         run, misses = self._at(point), []
         tape, lengths = self._terms
         pending = iter(tape.run_in_decimals(self._still(point), 0).values)
@@ -315,7 +317,7 @@ class Manifold:
             misses.append(abs(value) / (max(terms, change) or 1))
         return misses
 
-    def _clearly_holds(self, point: _Decimals, rows: Sequence[int]) -> bool:
+    def _clearly_holds(self, point: DecimalValues, rows: Sequence[int]) -> bool:
         """Say whether |φ| is small relative to Σ |∂φ/∂q|·scale, in doubles alone."""
         try:
             values, slopes = self._in_doubles.run([to_double(point[s]) for s in self._symbols])
@@ -332,7 +334,7 @@ class Manifold:
         with in_decimals():
             return [numbers_as_mpf(row) for row in self._slopes(numbers_as_decimals(point))]
 
-    def _slopes(self, point: _Decimals) -> list[_DecimalRow]:
+    def _slopes(self, point: DecimalValues) -> list[DecimalRow]:
         run = self._at(point)
         rows = [_partials(run, k, 0, len(self.q)) for k in self.all]
         return [{j: x * self._units[j] for j, x in row.items()} for row in rows]
@@ -353,7 +355,7 @@ class Manifold:
             return levels, rates, [numbers_as_mpf(row) for row in gradients]
 
     def motion_in_decimals(
-        self, point: _Decimals, accelerations: Sequence[Decimal]
+        self, point: DecimalValues, accelerations: Sequence[Decimal]
     ) -> tuple[list[Decimal], list[Decimal], list[dict[int, Decimal]]]:
         """Evaluate what :meth:`motion` does, within :func:`.elementary.in_decimals`."""
         t, *parameters = self._others
@@ -387,7 +389,7 @@ def _smallest() -> Decimal:
     return Decimal((0, (1,), 8 - mpmath.mp.dps))
 
 
-def _steepest(row: _DecimalRow) -> Decimal:
+def _steepest(row: DecimalRow) -> Decimal:
     return max(map(abs, row.values()), default=_ZERO)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from decimal import Decimal
 from functools import cache, lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import mpmath
 import sympy as sp
@@ -24,6 +24,12 @@ Mpf = Any  # mpmath.mpf, which carries no types
 
 Jet = tuple[Decimal, Decimal, Decimal]
 """A value with its first and second derivative."""
+
+DecimalRow: TypeAlias = Mapping[int, Decimal]
+"""The entries of a row that are not zero, by column."""
+
+DecimalValues: TypeAlias = Mapping[sp.Symbol, Decimal]
+"""Values of symbols at a state."""
 
 _MpfJet = tuple[Mpf, Mpf, Mpf]
 

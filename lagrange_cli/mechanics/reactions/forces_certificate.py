@@ -14,10 +14,11 @@ import sympy as sp
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
-from lagrange_cli.mechanics.certify.routes import DecimalValues, Tapes
+from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate_in_decimals
 from lagrange_cli.mechanics.numerics.elementary import (
+    DecimalValues,
     in_decimals,
     numbers_as_decimals,
     numbers_as_mpf,

@@ -18,7 +18,7 @@ import sympy as sp
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.certify.certificate import Evidence, not_real
 from lagrange_cli.mechanics.certify.constraints import ClosureCheck
-from lagrange_cli.mechanics.certify.routes import DecimalValues, Observation, Tapes
+from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import (
@@ -28,7 +28,11 @@ from lagrange_cli.mechanics.numerics.autodiff import (
     Tape,
     evaluate_in_decimals,
 )
-from lagrange_cli.mechanics.numerics.elementary import in_decimals, numbers_as_decimals
+from lagrange_cli.mechanics.numerics.elementary import (
+    DecimalValues,
+    in_decimals,
+    numbers_as_decimals,
+)
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reactions.applied_forces import terms_over_names
 from lagrange_cli.mechanics.step_values import DerivationSteps, rate_symbol
