@@ -85,15 +85,20 @@ def written(golden: Golden, folder: Path, capsysbinary: pytest.CaptureFixture[by
         assert printed.err == b""
         if printed.out:
             (folder / name).write_bytes(printed.out)
-    for path in folder.iterdir():
+    for path in files(folder):
         text = path.read_text(encoding="utf-8").replace(
             f"lagrange {__version__}", "lagrange VERSION"
         )
         path.write_text(text, encoding="utf-8")
 
 
+def files(folder: Path) -> list[Path]:
+    """The files of a folder, in which compiling all of ``tests`` leaves a folder of bytecode."""
+    return sorted(path for path in folder.iterdir() if path.is_file())
+
+
 def texts(folder: Path) -> dict[str, str]:
-    return {path.name: path.read_bytes().decode() for path in sorted(folder.iterdir())}
+    return {path.name: path.read_bytes().decode() for path in files(folder)}
 
 
 @pytest.mark.slow
@@ -110,7 +115,7 @@ def test_outputs_are_those_that_were_approved(
     folder = OUTPUTS / name
     if updates:
         folder.mkdir(parents=True, exist_ok=True)
-        for path in folder.iterdir():
+        for path in files(folder):
             path.unlink()
         for path in tmp_path.iterdir():
             (folder / path.name).write_bytes(path.read_bytes())
@@ -120,5 +125,5 @@ def test_outputs_are_those_that_were_approved(
 def test_every_folder_of_outputs_has_its_scene_and_all_formats() -> None:
     assert {path.name for path in OUTPUTS.iterdir()} == set(GOLDENS)
     for folder in OUTPUTS.iterdir():
-        suffixes = sorted(path.suffix for path in folder.iterdir())
+        suffixes = sorted(path.suffix for path in files(folder))
         assert suffixes == [".c", ".h", ".json", ".py", ".tex", ".txt", ".typ"]
