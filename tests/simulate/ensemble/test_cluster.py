@@ -218,7 +218,7 @@ def test_blocks_go_into_no_folder_that_took_the_place_of_theirs(client, pendulum
             parts.rename(tmp_path / "old")
             parts.mkdir()
 
-    with pytest.raises(InputError, match=r"not the folder any more|cannot write"):
+    with pytest.raises(InputError, match=r"not the folder any more|cannot write|does not see"):
         pendulum.ensemble(drawn(), **KEPT, store=store, client=client, progress=replace)
     assert [path.name for path in parts.iterdir() if path.name.startswith("block")] == []
 
