@@ -44,8 +44,8 @@ from right_hand_side import (
     timed,
 )
 
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import COLLECTION
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.program.operations import count_operations, elimination_operations

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lagrange_cli import InputError, load
-from lagrange_cli.emit.document_options import SECTIONS
+from lagrange_cli.report.document_options import SECTIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 KATEX = Path(__file__).resolve().with_name("katex_strict.js")

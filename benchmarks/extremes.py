@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from lagrange_cli.files import read_bytes
-from lagrange_cli.report.stress import sentence, setting, stress_summary
+from lagrange_cli.report.contents.stress import sentence, setting, stress_summary
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.cluster.tasks import Cluster, connected
 from lagrange_cli.simulate.ensemble.plan.recipe import Recipe

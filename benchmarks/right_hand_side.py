@@ -47,7 +47,7 @@ from derivation import (
 )
 from reporting import verdict
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 

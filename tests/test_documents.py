@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from tests.emit.emit_scenes import chain_pendulum
 
 ROOT = Path(__file__).resolve().parents[1]

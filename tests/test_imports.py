@@ -8,8 +8,8 @@ import sys
 import pytest
 
 import lagrange_cli
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import COMMANDS
-from lagrange_cli.emit.registry import EMITTERS
 
 HEAVY = {"sympy", "numpy", "scipy", "yaml", "mpmath", "matplotlib"}
 
@@ -81,7 +81,7 @@ def test_python_package_offers_its_interface_when_it_is_used():
 
 
 def test_registry_of_formats_imports_no_format():
-    assert modules_after("import lagrange_cli.emit.registry") & HEAVY == set()
+    assert modules_after("import lagrange_cli.api.emitters") & HEAVY == set()
     assert len(EMITTERS) >= 3
 
 

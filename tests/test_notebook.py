@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli import InputError, load, loads
-from lagrange_cli.emit.latex.document import equations_latex
 from lagrange_cli.notation.html import html_formula, html_table, html_text
+from lagrange_cli.report.writers.latex.document import equations_latex
 from lagrange_cli.studies.lyapunov import Lyapunov
 from tests.emit.emit_scenes import chain_pendulum
 from tests.systems.shipped import derived

@@ -29,13 +29,13 @@ class Analyzed(Analysis):
 
     def report(self) -> dict[str, Any]:
         """Return what ``lagrange analyze --format json`` writes."""
-        from lagrange_cli.emit.analysis.report import analysis_report
+        from lagrange_cli.report.values.analysis import analysis_report
 
         return analysis_report(self)
 
     def text(self, *, ascii: bool = False, width: int = 80, language: str = "en") -> str:
         """Return what ``lagrange analyze`` prints in a window of ``width`` columns."""
-        from lagrange_cli.emit.analysis.text import analysis_page
+        from lagrange_cli.report.contents.analysis.text import analysis_page
 
         return analysis_page(self, ascii=ascii, code=language).text(width)
 
@@ -55,7 +55,7 @@ class Analyzed(Analysis):
             return json_text(self.report())
         if to != "text":
             return self.emit(to, **options).popitem()[1]
-        from lagrange_cli.emit.analysis.text import analysis_page
+        from lagrange_cli.report.contents.analysis.text import analysis_page
 
         code = str(options.get("language", "en"))
         return page_in(encoding, lambda plain: analysis_page(self, ascii=plain, code=code), ascii)
@@ -76,7 +76,7 @@ class Analyzed(Analysis):
         >>> list(derivation.analyze("modes").emit("latex", style="snippet"))
         ['pendulum.tex']
         """
-        from lagrange_cli.emit.analysis.documents import analysis_document
+        from lagrange_cli.report.contents.analysis.documents import analysis_document
 
         return analysis_document(self, to, options)
 
@@ -168,7 +168,7 @@ def matrices_of(report: dict[str, Any]) -> bytes:
     """
     import numpy as np
 
-    from lagrange_cli.emit.analysis.report import linearization_arrays, response_arrays
+    from lagrange_cli.report.values.analysis import linearization_arrays, response_arrays
 
     if report["linearization"] is None and not report.keys() & {"along", "response"}:
         reasons = [left["reason"] for left in report["left_out"]]

@@ -91,7 +91,7 @@ class Derivation(Derived):
         >>> derivation.report()["equations"]
         [{'coordinate': 'theta', 'residual': 'l*ddot(theta) + g*sin(theta)'}]
         """
-        from lagrange_cli.emit.json_report import derivation_report
+        from lagrange_cli.report.values.derivation import derivation_report
 
         return derivation_report(self.equations, form, latex=latex)
 
@@ -107,7 +107,7 @@ class Derivation(Derived):
 
         ``options``: ``sections`` and ``language``, as of the command.
         """
-        from lagrange_cli.emit.text import derivation_text
+        from lagrange_cli.report.writers.terminal import derivation_text
 
         return derivation_text(self.equations, ascii=ascii, form=form, width=width, **options)
 
@@ -133,7 +133,7 @@ class Derivation(Derived):
             return json_text(self.report(form=form, latex=bool(options.get("latex"))))
         if to != "text":
             return self.emit(to, form=form, **options).popitem()[1]
-        from lagrange_cli.emit.text import derivation_page
+        from lagrange_cli.report.writers.terminal import derivation_page
 
         write = partial(derivation_page, self.equations, form=form, options=options)
         return page_in(encoding, lambda plain: write(ascii=plain), ascii)
@@ -152,7 +152,7 @@ class Derivation(Derived):
         >>> list(derivation.emit("c"))
         ['pendulum.h', 'pendulum.c']
         """
-        from lagrange_cli.emit.registry import emitter
+        from lagrange_cli.api.emitters import emitter
 
         return emitter(to).emit(self.equations, options)
 
@@ -191,7 +191,7 @@ class Derivation(Derived):
         return self.emit("markdown").popitem()[1]
 
     def _repr_latex_(self) -> str:
-        from lagrange_cli.emit.latex.document import equations_latex
+        from lagrange_cli.report.writers.latex.document import equations_latex
 
         return f"$$\n{equations_latex(self.equations)}\n$$"
 

@@ -29,15 +29,17 @@ from lagrange_cli.check.equilibria import (
     expected_law,
     number_of,
 )
-from lagrange_cli.emit.forms.json_values import hamiltonian_in_scene_language
 from lagrange_cli.errors import Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.notation.scene_language import to_scene_language
+from lagrange_cli.notation.build import display_sum
+from lagrange_cli.notation.scene_language import ScenePrinter, to_scene_language
+from lagrange_cli.notation.vocabulary import vocabulary, with_symbols
 from lagrange_cli.scene.conditions import Expect, InitialValue, StateExpectation
 from lagrange_cli.scene.language.expression import Equation
 
 if TYPE_CHECKING:
+    from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.results.trajectory import Event
 
@@ -202,9 +204,16 @@ def _hamiltonian(expect: Expect, equations: Equations) -> Iterator[Problem]:
             if verdict is Agreement.DIFFERENT
             else "it cannot be decided whether the expected Hamiltonian is the derived one",
             expect.hamiltonian.mark(),
-            hint=f"derived: {hamiltonian_in_scene_language(equations, form)}",
+            hint=f"derived: {_in_scene_language(equations, form)}",
             rule="hamiltonian",
         )
+
+
+def _in_scene_language(equations: Equations, form: Hamiltonian) -> str:
+    """Write H as the scene language does."""
+    momenta = [(pair.momentum.symbol, pair.momentum.name, None) for pair in form.pairs]
+    words = with_symbols(vocabulary(equations), momenta)
+    return ScenePrinter().inline(display_sum(form.parts, words))
 
 
 def _incomplete(trajectory: Trajectory, mark: Mark | None) -> Iterator[Problem]:

@@ -1,7 +1,7 @@
-"""Equations → text: C, Python, LaTeX, sketches, the terminal's text, JSON.
+"""Equations → code: C, Python; sketches.
 
-Equations go in; file names with their text come out. The contract of a format is in :mod:`.base`,
-the list of formats in :mod:`.registry`; read these two first.
+Equations go in; file names with their text come out. The contract of a format, code or document,
+is in :mod:`.base`; read it first.
 """
 
-__all__ = ["base", "document_options", "json_report", "registry", "template_files", "text"]
+__all__ = ["base", "initial_state", "naming", "template_files"]

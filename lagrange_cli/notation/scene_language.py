@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
-from lagrange_cli.notation.one_line import OneLinePrinter, argument_list, group, solid
+from lagrange_cli.notation.printers.one_line import OneLinePrinter, argument_list, group, solid
 from lagrange_cli.notation.symbols import DOT_WORDS, multiplier_symbol
 from lagrange_cli.notation.tree import (
     DisplayCall,

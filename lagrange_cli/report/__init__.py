@@ -1,13 +1,10 @@
 """Reports of values: what a person reads of each, and its JSON.
 
-In go the values that the rooms below work out (a trajectory, a measured trade, the outcomes of a
-check), out come texts; nothing is computed here and nothing is printed. One module a command,
-named like it, each with a table ``FORMATS`` from the name of a format to the function that
-writes it. Tables and JSON text are those of :mod:`.tables`; read :mod:`.simulate`
-first.
-
-The derivation itself is written by the formats of :mod:`lagrange_cli.emit`, which the Python
-interface and documents use too; it is a :class:`Page` like the reports of all others.
+In go the values that the rooms below work out (a derivation, an analysis, a trajectory, the
+outcomes of a check), out come texts; nothing is computed here and nothing is printed. Read
+:mod:`.tree` first, the parts that all documents are made of; :mod:`.contents` says what a report
+holds, :mod:`.writers` print it, :mod:`.phrases` has its sentences in every language, and
+:mod:`.values` its JSON.
 """
 
 from lagrange_cli.notation.page import UNBROKEN, USUAL_WIDTH, Page, Paint, Role
@@ -18,14 +15,7 @@ __all__ = [
     "Page",
     "Paint",
     "Role",
-    "check",
-    "ensemble",
-    "fit",
-    "listings",
-    "path",
-    "section",
-    "simulate",
-    "stress",
+    "contents",
+    "document_options",
     "tables",
-    "tradeoff",
 ]

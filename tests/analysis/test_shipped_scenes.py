@@ -9,10 +9,10 @@ from mpmath import mpf
 from lagrange_cli.analysis.analyze import PARTS
 from lagrange_cli.api import load
 from lagrange_cli.cache import open_cache
-from lagrange_cli.emit.analysis.report import analysis_report
-from lagrange_cli.emit.analysis.text import analysis_page
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.report.contents.analysis.text import analysis_page
+from lagrange_cli.report.values.analysis import analysis_report
 from tests.systems.shipped import SCENES, SLICE, sliced
 
 pytestmark = pytest.mark.slow

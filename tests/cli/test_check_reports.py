@@ -13,7 +13,7 @@ from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
 from lagrange_cli.errors import Mark, Problem, escape_controls
 from lagrange_cli.notation.page import UNBROKEN
-from lagrange_cli.report.check import FORMATS, check_json, check_text, github, junit
+from lagrange_cli.report.contents.check import FORMATS, check_json, check_text, github, junit
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
 FAILED = SceneReport(

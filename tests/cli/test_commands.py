@@ -14,7 +14,7 @@ import sys
 import numpy as np
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from tests.cli.terminal import ROOT, lagrange, succeed
 
 BEAD = "systems/lecture/bead_on_parabola.yaml"

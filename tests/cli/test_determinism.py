@@ -22,7 +22,7 @@ PROGRAM = """
 import gc, json, sys
 from lagrange_cli import InputError, load
 from lagrange_cli.cli.main import COLLECTION
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 
 gc.set_threshold(*COLLECTION)
 for path in sys.argv[1:]:

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.api import remembered
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cache import Cache
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.files import read_bytes
 from tests.campaign import values_of
 from tests.cli.terminal import ROOT, Done, lagrange, succeed

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
 TYPES = {"float": np.float32, "double": np.float64, "long-double": np.longdouble}

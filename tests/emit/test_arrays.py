@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from tests.emit import emit_systems as systems
 from tests.emit.test_python import load
 from tests.program import test_bandwidth as bands

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.c.target import c_string
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.program.printing import decimal_literal, double_literal
 from tests.emit import emit_systems as systems

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.c.constraints import workspace_size
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.program.emitted_functions import constraint_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.solvers.blocks import MatrixBlock

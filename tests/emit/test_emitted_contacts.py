@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 
 from lagrange_cli import load
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.mechanics.system import InitialState, Input
 from tests.emit import contact_systems as contacts
 from tests.emit import emit_closures as closures

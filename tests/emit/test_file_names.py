@@ -9,9 +9,9 @@ import sys
 import pytest
 
 from lagrange_cli.api import loads
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import run
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES, file_stem
-from lagrange_cli.emit.registry import EMITTERS
 from tests.campaign import slice_of
 
 SCENE = """\

@@ -9,11 +9,11 @@ from functools import cache
 
 import pytest
 
-from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.report.values.derivation import derivation_report
+from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import parse_expression, read_text
 
 PENDULUM = """

@@ -12,15 +12,15 @@ from pathlib import Path
 import pytest
 
 import lagrange_cli.analysis
-import lagrange_cli.emit
+import lagrange_cli.report
 from lagrange_cli import load
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.api.analyzed import Analyzed
-from lagrange_cli.emit.phrases.language import LANGUAGES, language
-from lagrange_cli.emit.registry import DERIVED, EMITTERS
-from lagrange_cli.emit.text import derivation_text
+from lagrange_cli.api.emitters import DERIVED, EMITTERS
 from lagrange_cli.errors import InternalError
+from lagrange_cli.report.phrases.language import LANGUAGES, language
+from lagrange_cli.report.writers.terminal import derivation_text
 from tests.parts import changed
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
@@ -72,8 +72,8 @@ def kept(call: ast.Call) -> list[ast.expr]:
 @cache
 def spoken() -> frozenset[str]:
     """All phrases of the rooms of formats and of analyses; steps of JSON say expressions."""
-    rooms = [Path(room.__file__).parent for room in (lagrange_cli.emit, lagrange_cli.analysis)]
-    modules = [p for r in rooms for p in r.rglob("*.py") if not p.name.startswith("json_")]
+    rooms = [Path(room.__file__).parent for room in (lagrange_cli.report, lagrange_cli.analysis)]
+    modules = [p for r in rooms for p in r.rglob("*.py") if p.parent.name != "values"]
     return frozenset(phrase for path in modules for phrase in phrases(path))
 
 

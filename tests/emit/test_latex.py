@@ -10,11 +10,11 @@ from functools import cache
 import pytest
 import sympy
 
-from lagrange_cli.emit.latex import letters
-from lagrange_cli.emit.latex.document import equation_latex, equations_latex
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.mechanics.findings import ConstraintLine
 from lagrange_cli.notation.symbols import latex_text
+from lagrange_cli.report.writers.latex import letters
+from lagrange_cli.report.writers.latex.document import equation_latex, equations_latex
 from tests.emit.emit_scenes import (
     bead_on_parabola,
     build,

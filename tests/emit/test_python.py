@@ -15,8 +15,8 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.python.functions import right_hand_side_source
-from lagrange_cli.emit.registry import EMITTERS
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference, difference, exact, states
 from tests.emit.emitted_c import WARNINGS, compiler, run, write

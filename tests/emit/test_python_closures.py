@@ -9,8 +9,8 @@ import warnings
 import numpy as np
 import pytest
 
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.python.functions import module_source
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.simulate.native.rounding_model import perturb
 from tests.emit import emit_closures as closures
 from tests.emit.closed_code import (

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
+from lagrange_cli.api.emitters import EMITTERS, emitter
 from lagrange_cli.emit.base import Emitter, Option
-from lagrange_cli.emit.registry import EMITTERS, emitter
 from lagrange_cli.errors import InputError
 
 
@@ -64,8 +64,8 @@ def test_entries_are_consistent(name):
 
 def test_registry_loads_no_format_and_no_sympy():
     code = (
-        "import sys, lagrange_cli.emit.registry\n"
-        "heavy = {'sympy', 'numpy', 'lagrange_cli.emit.latex.document'}\n"
+        "import sys, lagrange_cli.api.emitters\n"
+        "heavy = {'sympy', 'numpy', 'lagrange_cli.report.writers.latex.document'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
     out = subprocess.run(

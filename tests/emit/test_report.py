@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import sympy
 
-from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.notation import scene_language
+from lagrange_cli.report.values.derivation import derivation_report
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 from tests.parts import changed
 
@@ -120,9 +120,9 @@ def test_warnings_carry_their_place():
 def test_output_does_not_depend_on_the_hash_seed():
     code = (
         "import json; from tests.emit import emit_scenes as s\n"
-        "from lagrange_cli.emit.json_report import derivation_report\n"
-        "from lagrange_cli.emit.text import derivation_text\n"
-        "from lagrange_cli.emit.registry import EMITTERS\n"
+        "from lagrange_cli.report.values.derivation import derivation_report\n"
+        "from lagrange_cli.report.writers.terminal import derivation_text\n"
+        "from lagrange_cli.api.emitters import EMITTERS\n"
         "for e in (s.masses_through_hole(), s.chain_pendulum(3), s.damped_driven()):\n"
         "    for form in ('lagrange', 'explicit'):\n"
         "        print(json.dumps(derivation_report(e, form)))\n"

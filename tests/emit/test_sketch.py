@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import run
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.emit.sketch.composition import sketch_of
 from lagrange_cli.emit.sketch.configurations import configurations
 from lagrange_cli.emit.sketch.guides import frame_of, guides

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text

@@ -3,10 +3,10 @@
 import pytest
 
 from lagrange_cli import api
-from lagrange_cli.emit.statements import statement_of
-from lagrange_cli.notation.latex import LatexPrinter
-from lagrange_cli.notation.unicode import UnicodePrinter
+from lagrange_cli.notation.printers.latex import LatexPrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
+from lagrange_cli.report.statements import statement_of
 
 SCENE = """
 name: letters

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.errors import InputError
 from tests.emit import emit_systems as systems
 from tests.emit.test_arrays import example

@@ -7,13 +7,13 @@ import pytest
 import sympy
 
 from lagrange_cli import loads
-from lagrange_cli.emit.latex.document import latex_document
-from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.findings import Conserved, ConstraintLine
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, columns, joined
 from lagrange_cli.notation.page import USUAL_WIDTH
 from lagrange_cli.notation.symbols import latex_name, text_name
+from lagrange_cli.report.writers.latex.document import latex_document
+from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import read_text
 from tests.emit.emit_scenes import (
     HALF,

@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 from lagrange_cli import api
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.mechanics.findings import ConstraintLine
 from tests.emit.emit_scenes import (
     build,

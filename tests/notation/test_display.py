@@ -9,7 +9,7 @@ from sympy import Abs, Heaviside, Integer, Max, Min, Rational, Symbol, cos, exp,
 
 from lagrange_cli.errors import InternalError
 from lagrange_cli.notation.build import display, display_row
-from lagrange_cli.notation.unicode import UnicodePrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from tests.emit.emit_scenes import (
     bead_on_parabola,

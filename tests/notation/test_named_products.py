@@ -5,7 +5,7 @@ import sympy as sp
 
 from lagrange_cli import api
 from lagrange_cli.notation.build import display
-from lagrange_cli.notation.unicode import UnicodePrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 
 SCENE = """

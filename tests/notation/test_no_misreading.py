@@ -10,8 +10,8 @@ from lagrange_cli import api
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.notation.build import display, display_row
 from lagrange_cli.notation.layout import break_lines, joined
-from lagrange_cli.notation.typst import TypstPrinter, balanced
-from lagrange_cli.notation.unicode import UnicodePrinter
+from lagrange_cli.notation.printers.typst import TypstPrinter, balanced
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from tests.notation.formula_readers import Reader, TypstReader
 from tests.systems.shipped import sliced

@@ -4,7 +4,9 @@ from typing import get_args
 
 import pytest
 
-from lagrange_cli.notation.latex import LatexPrinter
+from lagrange_cli.notation.printers.latex import LatexPrinter
+from lagrange_cli.notation.printers.typst import TypstPrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import (
     Dependence,
@@ -23,8 +25,6 @@ from lagrange_cli.notation.tree import (
     OrderTraits,
     SignedNode,
 )
-from lagrange_cli.notation.typst import TypstPrinter
-from lagrange_cli.notation.unicode import UnicodePrinter
 
 PRINTERS = (LatexPrinter, ScenePrinter, TypstPrinter, UnicodePrinter)
 TRAITS = OrderTraits(Dependence.PARAMETER, 0, 0, "")

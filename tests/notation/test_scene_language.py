@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy import Integer, Rational
 
-from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import InternalError
 from lagrange_cli.notation.build import FUNCTION_NAMES, display
-from lagrange_cli.notation.latex import LATEX_FUNCTIONS as LATEX_CALLS
+from lagrange_cli.notation.printers.latex import LATEX_FUNCTIONS as LATEX_CALLS
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import to_scene_language
-from lagrange_cli.notation.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
+from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.scene.language.expression import FUNCTIONS
 from tests.emit.emit_scenes import (
     HALF,

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lagrange_cli.latex_allowlist import ACCENTS, SYMBOLS, check_latex
-from lagrange_cli.notation.typst import (
+from lagrange_cli.notation.printers.typst import (
     balanced,
     typst_name,
     typst_number,

@@ -415,7 +415,7 @@ import sys
 from hashlib import sha256
 sys.path.insert(0, sys.argv[1])
 from tests.program.test_large_systems import CASES, net
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 for make in (lambda: net(4), CASES["own_masses"]):
     for language in ("c", "python"):
         for text in EMITTERS[language].emit(make()).values():

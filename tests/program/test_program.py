@@ -352,7 +352,7 @@ def test_rational_constants_are_exact():
 DUMP = """
 import sys; sys.path.insert(0, sys.argv[1])
 from tests.emit import emit_systems as systems
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.python.functions import right_hand_side_source
 for make in systems.ALL:
     equations = make()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.notation.page import UNBROKEN
-from lagrange_cli.report.tradeoff import (
+from lagrange_cli.report.contents.tradeoff import (
     character_plot,
     options_of,
     tradeoff_summary,

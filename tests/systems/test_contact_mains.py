@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli.emit.registry import EMITTERS
+from lagrange_cli.api.emitters import EMITTERS
 from tests.systems.shipped import CONTACTS, derived, simulated
 
 COMPILER = shutil.which("gcc")

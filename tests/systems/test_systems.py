@@ -24,14 +24,14 @@ import sympy as sp
 import yaml
 from numpy.typing import NDArray
 
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cache import open_cache
 from lagrange_cli.check import check_paths
-from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.registry import EMITTERS
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.system import Input
+from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.scene import parse_expression, read_file
 from tests.emit.emitted_c import shared_library
 from tests.systems import lagranges_method

@@ -10,7 +10,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.report.listings import CACHE_FORMATS, file_count
+from lagrange_cli.report.contents.listings import CACHE_FORMATS, file_count
 
 
 def _cleared(cache: Cache) -> Removed:

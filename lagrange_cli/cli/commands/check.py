@@ -13,8 +13,8 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import deliver
 from lagrange_cli.files import write_file
-from lagrange_cli.report.check import FORMATS
-from lagrange_cli.report.check import junit as junit_xml
+from lagrange_cli.report.contents.check import FORMATS
+from lagrange_cli.report.contents.check import junit as junit_xml
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:

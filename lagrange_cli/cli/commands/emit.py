@@ -16,7 +16,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.files import write_files
-from lagrange_cli.report.listings import listed_formats
+from lagrange_cli.report.contents.listings import listed_formats
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation, Formulation, Way

@@ -11,7 +11,7 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.report.path import FORMATS
+from lagrange_cli.report.contents.path import FORMATS
 
 
 @click.command(cls=Command)

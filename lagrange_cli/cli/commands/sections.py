@@ -65,7 +65,7 @@ def find_section(
     InputError
         The scene, the condition, the members or the options are wrong.
     """
-    from lagrange_cli.report.section import FORMATS, FoundSection
+    from lagrange_cli.report.contents.section import FORMATS, FoundSection
 
     search, code = asked.section(text), 0
     if choice is None:

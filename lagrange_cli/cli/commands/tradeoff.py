@@ -13,7 +13,7 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.report.tradeoff import FORMATS
+from lagrange_cli.report.contents.tradeoff import FORMATS
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Formulation

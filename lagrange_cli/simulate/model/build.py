@@ -274,12 +274,23 @@ def _watched(evaluated: _Evaluated) -> dict[str, Program]:
 
 
 def _force_columns(equations: Equations) -> list[tuple[str, Expr]]:
-    """Return the columns of constraint forces, if they were asked for."""
-    if equations.derivation.constraint_forces is None:
-        return []
-    from lagrange_cli.emit.phrases.forces import force_columns  # imports the words of documents
+    """Return columns of constraint forces, if these were asked for.
 
-    return force_columns(equations)
+    They are components, and multipliers that are no unknowns.
+    """
+    forces = equations.derivation.constraint_forces
+    if forces is None:
+        return []
+    from lagrange_cli.notation.labels import multiplier_column  # imports all of notation
+
+    columns = [
+        (f"force_{axis}({body.name})", component)
+        for body in forces.bodies
+        for axis, component in zip("xyz", body.components, strict=True)
+    ]
+    unknowns = {closure.multiplier for closure in equations.system.pushing}
+    known = [r for r in forces.reactions if r.multiplier not in unknowns]
+    return columns + [(multiplier_column(equations, r.name), r.multiplier) for r in known]
 
 
 def _forces(equations: Equations) -> Program | None:

@@ -25,11 +25,11 @@ def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
     """Describe the singular configurations of the coordinates in words of the scene."""
     if not equations.derivation.singular:
         return ()
-    from lagrange_cli.emit.json_report import in_scene_language  # imports all of notation
+    from lagrange_cli.notation.scene_language import to_scene_language  # imports all of notation
 
     return tuple(
         ChartSingularity(
-            f"{in_scene_language(equations, place.where)} = 0", place.coordinates, place.infinite
+            f"{to_scene_language(place.where, equations)} = 0", place.coordinates, place.infinite
         )
         for place in equations.derivation.singular
     )

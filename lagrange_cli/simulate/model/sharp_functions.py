@@ -113,9 +113,9 @@ def steep_places(equations: Equations, arguments: Sequence[Expr]) -> tuple[str, 
     """Write the places where arguments vanish as equations in words of the scene."""
     if not arguments:
         return ()
-    from lagrange_cli.emit.json_report import in_scene_language  # imports all of notation
+    from lagrange_cli.notation.scene_language import to_scene_language  # imports all of notation
 
-    return tuple(f"{in_scene_language(equations, g)} = 0" for g in arguments)
+    return tuple(f"{to_scene_language(g, equations)} = 0" for g in arguments)
 
 
 def steep_source(equations: Equations, arguments: Sequence[Expr]) -> str:

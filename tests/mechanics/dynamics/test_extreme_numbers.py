@@ -12,7 +12,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli import loads
-from lagrange_cli.emit.registry import emitter
+from lagrange_cli.api.emitters import emitter
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.certify import printed

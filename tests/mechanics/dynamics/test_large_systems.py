@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mpf
 
-from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses, rename_symbols, shape
@@ -35,6 +34,7 @@ from lagrange_cli.mechanics.numerics.gauss_newton import least_norm_solution
 from lagrange_cli.mechanics.numerics.rank import clearly_independent, dependent_rows
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.mechanics.system import Closure, Coordinate
+from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.scene import read_text
 from tests.mechanics.mechanics_support import generated
 

@@ -8,11 +8,11 @@ import mpmath
 import pytest
 
 from lagrange_cli import api
-from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.mechanics.families.elements import element_of
 from lagrange_cli.mechanics.families.families import families_in
 from lagrange_cli.mechanics.families.instances import Instances
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
+from lagrange_cli.report.writers.terminal import derivation_text
 from tests.mechanics.families import scenes
 from tests.mechanics.families.reading import DIGITS, Page
 

@@ -13,7 +13,6 @@ from mpmath import mpf
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 from lagrange_cli import loads
-from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.reduction.integrability import (
@@ -21,6 +20,7 @@ from lagrange_cli.mechanics.reduction.integrability import (
     integrable_rank,
     integrate_form,
 )
+from lagrange_cli.report.writers.terminal import derivation_text
 from tests.mechanics.closures_support import close, holds, solved, state_of
 from tests.mechanics.mechanics_support import derived, number, refusal
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from lagrange_cli import loads
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cache import open_cache
-from lagrange_cli.emit.json_report import derivation_report
-from lagrange_cli.emit.latex.document import latex_document
-from lagrange_cli.emit.registry import EMITTERS
-from lagrange_cli.emit.text import derivation_text
 from lagrange_cli.errors import InputError
+from lagrange_cli.report.values.derivation import derivation_report
+from lagrange_cli.report.writers.latex.document import latex_document
+from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted

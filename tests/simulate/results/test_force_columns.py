@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli.emit.json_report import derivation_report
 from lagrange_cli.mechanics import derive
+from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of

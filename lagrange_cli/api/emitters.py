@@ -1,0 +1,198 @@
+"""The registry of output formats: what ``lagrange emit --to`` can write.
+
+Help, choices, documentation and tests derive from :data:`EMITTERS`. To add a
+format, write a module with ``emit(equations, options) -> dict[str, str]`` and
+add an :class:`Emitter` whose ``run`` imports it when called (importing this
+module loads no format and no SymPy). :mod:`lagrange_cli.emit.base` says what a
+format promises.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
+from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
+from lagrange_cli.report.document_options import (
+    FORM,
+    LATEX_OPTIONS,
+    MARKDOWN_OPTIONS,
+    TEXT_OPTIONS,
+    TYPST_OPTIONS,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+
+def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.report.writers.latex.document import emit_latex
+
+    return emit_latex(equations, options)
+
+
+def _markdown(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.report.writers.markdown import emit_markdown
+
+    return emit_markdown(equations, options)
+
+
+def _typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.report.writers.typst.document import emit_typst
+
+    return emit_typst(equations, options)
+
+
+def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.c.module import emit_c
+
+    return emit_c(equations, options)
+
+
+def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.python.module import emit_python
+
+    return emit_python(equations, options)
+
+
+def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.sketch.tikz import emit_tikz
+
+    return emit_tikz(equations, options)
+
+
+def _svg(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.sketch.svg import emit_svg
+
+    return emit_svg(equations, options)
+
+
+_JACOBIAN = Option(
+    "jacobian",
+    "derivatives of accelerations",
+    further=True,
+)
+
+_LINEARIZATION = Option(
+    "linearization",
+    "A, B, C, D at any state",
+    further=True,
+)
+
+_CANONICAL = Option(
+    "canonical",
+    "Hamilton's equations and H",
+    further=True,
+)
+
+EMITTERS: dict[str, Emitter] = {
+    entry.name: entry
+    for entry in (
+        Emitter(
+            name="latex",
+            title="LaTeX: a document that compiles, or a snippet for lecture notes",
+            extensions=(".tex",),
+            single_file=True,
+            run=_latex,
+            shows_steps=True,
+            options=LATEX_OPTIONS,
+        ),
+        Emitter(
+            name="markdown",
+            title="Markdown with formulas in LaTeX, for notebooks and repositories",
+            extensions=(".md",),
+            single_file=True,
+            run=_markdown,
+            shows_steps=True,
+            options=MARKDOWN_OPTIONS,
+        ),
+        Emitter(
+            name="typst",
+            title="Typst: a document that compiles",
+            extensions=(".typ",),
+            single_file=True,
+            run=_typst,
+            shows_steps=True,
+            options=TYPST_OPTIONS,
+        ),
+        Emitter(
+            name="c",
+            title="C99: a header and a source file that need only <math.h>",
+            extensions=(".h", ".c"),
+            single_file=False,
+            run=_c,
+            reserved=C_HEADERS,
+            options=(
+                Option(
+                    "real",
+                    "the floating-point type",
+                    choices=("float", "double", "long-double"),
+                    default="double",
+                ),
+                Option("main", "a main that integrates and prints CSV"),
+                _JACOBIAN,
+                _LINEARIZATION,
+                _CANONICAL,
+            ),
+        ),
+        Emitter(
+            name="python",
+            title="Python: a module that needs only NumPy, runnable as a script",
+            extensions=(".py",),
+            single_file=True,
+            run=_python,
+            reserved=PYTHON_MODULES,
+            options=(
+                Option(
+                    "style",
+                    "the package that computes",
+                    choices=("numpy", "jax", "casadi"),
+                    default="numpy",
+                ),
+                _JACOBIAN,
+                _LINEARIZATION,
+                _CANONICAL,
+            ),
+        ),
+        Emitter(
+            name="tikz",
+            title="TikZ: a sketch of the system at its start, for \\input into LaTeX",
+            extensions=(".tikz.tex",),
+            single_file=True,
+            run=_tikz,
+        ),
+        Emitter(
+            name="svg",
+            title="SVG: a sketch of the system at its start, for pages and browsers",
+            extensions=(".svg",),
+            single_file=True,
+            run=_svg,
+        ),
+    )
+}
+"""Every format by the name that ``--to`` takes."""
+
+DERIVED: dict[str, tuple[Option, ...]] = {
+    "text": TEXT_OPTIONS,
+    "latex": tuple(o for o in LATEX_OPTIONS if o is not FORM),
+    "markdown": tuple(o for o in MARKDOWN_OPTIONS if o is not FORM),
+    "typst": tuple(o for o in TYPST_OPTIONS if o is not FORM),
+    "json": (Option("latex", "the expressions in LaTeX too", further=True),),
+}
+"""Format of ``derive --format`` → its options beside those of ``derive`` itself."""
+
+
+def emitter(name: str) -> Emitter:
+    """Return the format of that name.
+
+    Raises
+    ------
+    InputError
+        There is none; the message lists those there are.
+    """
+    if name not in EMITTERS:
+        raise unknown_choice(
+            f"unknown format '{name}'; there are {', '.join(EMITTERS)}", name, list(EMITTERS)
+        )
+    return EMITTERS[name]

@@ -1,8 +1,0 @@
-"""A document of a derivation as sections of words and formulas, the same for every format.
-
-Equations and the names of the parts that are wanted go in; headings, sentences, tables and labelled
-display trees come out, in one order, in one of several languages. LaTeX, Typst and Markdown print
-them and decide nothing about content. Read :mod:`.contents` first.
-"""
-
-__all__ = ["conservation", "contents", "letters", "motion", "rows", "writer"]

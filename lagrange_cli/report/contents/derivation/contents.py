@@ -1,0 +1,280 @@
+"""The parts of a document: their names, their order, and which stand in it by default."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, TypeAlias
+
+from lagrange_cli.emit.initial_state import multiple_of_pi
+from lagrange_cli.notation.labels import multiplier_label
+from lagrange_cli.report.contents.derivation.conservation import balance, conserved
+from lagrange_cli.report.contents.derivation.energies import energies, generalized_forces
+from lagrange_cli.report.contents.derivation.freedom import freedom
+from lagrange_cli.report.contents.derivation.motion import closures, contacts, motion, result
+from lagrange_cli.report.contents.derivation.system import inputs, outputs, system
+from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
+from lagrange_cli.report.contents.steps.board import conclusions, working
+from lagrange_cli.report.contents.steps.writer import StepsWriter
+from lagrange_cli.report.document_options import sections_of
+from lagrange_cli.report.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.report.tree import (
+    Block,
+    Formula,
+    Picture,
+    Section,
+    Words,
+    formulas,
+    section,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.findings import ConstraintForces
+
+
+def start(writer: DocumentWriter) -> Section | None:
+    """Return positions and velocities at the start."""
+    equations, say, letters = writer.equations, writer.say, writer.letters
+    if not equations.system.coordinates:
+        return None
+    heading = say("Initial values")
+    initial, written = equations.system.initial, dict(equations.derivation.start)
+    if initial is None and not written:
+        return section(heading, Words(say("The scene gives none.")))
+    unknown = (math.nan,) * len(equations.system.coordinates)
+    positions = unknown if initial is None else initial.positions
+    velocities = unknown if initial is None else initial.velocities
+    time = letters.inline(f"t = {letters.value(equations.system.simulate.start)}")
+    return section(
+        heading,
+        Words(say("At {time}", time=time)),
+        formulas(_start_rows(writer, 0, positions)),
+        formulas(_start_rows(writer, 1, velocities)) if any(velocities) else Words(say("at rest.")),
+    )
+
+
+def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
+    for c, value in zip(writer.equations.system.coordinates, values, strict=True):
+        label = writer.coordinate(c, order)
+        exact = dict(writer.equations.derivation.start).get(c.v if order else c.q)
+        if exact is None and order == 0:
+            exact = multiple_of_pi(value)
+        if exact is not None:
+            yield writer.row(label, exact)
+        elif not math.isnan(value):
+            yield Formula(label, (), middle=writer.letters.value(value))
+
+
+def constraint_forces(writer: DocumentWriter) -> Section | None:
+    """Return the forces on the particles; None where they were not asked for."""
+    forces, say = writer.equations.derivation.constraint_forces, writer.say
+    if forces is None:
+        return None
+    rows = list(_force_rows(writer, forces))
+    is_empty = not (rows or forces.shared)
+    meaning = say("{text}.", text=writer.letters.words(forces_line(say)))
+    notes = [writer.letters.words(note) for note in force_notes(forces, say)]
+    return section(
+        say("Constraint forces"),
+        Words(say("There are none.") if is_empty else meaning),
+        *([formulas(rows, result=True)] if rows else ()),
+        *(Words(say("{text}.", text=f"{note[0].upper()}{note[1:]}")) for note in notes),
+    )
+
+
+def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Formula]:
+    letters, say = writer.letters, writer.say
+    for body, components in force_rows(forces):
+        for label, expression in components:
+            symbol = letters.size(letters.symbol("f")) if label == "|f|" else letters.symbol(label)
+            yield replace(writer.row(symbol, expression), name=letters.named(body))
+    for name, multiplier, sizes in reaction_rows(writer.equations, forces):
+        shown = letters.named(name)
+        if multiplier is not None:
+            symbol = letters.symbol(multiplier_label(writer.equations, name))
+            yield replace(writer.row(symbol, multiplier), name=shown)
+        for bodies, size in sizes:
+            on = letters.named(say("on {place}", place=bodies))
+            yield replace(writer.row(on, size), name=shown)
+
+
+def certificate(writer: DocumentWriter) -> Section | None:
+    """Return the section on the certificate: states compared, digits, largest mismatch."""
+    say, letters, seal = writer.say, writer.letters, writer.equations.derivation.certificate
+    sentence = say.counted(
+        seal.points,
+        "At {count} random state these equations were compared, in arithmetic of {digits} digits,"
+        " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
+        " mismatch was {mismatch}.",
+        "At {count} random states these equations were compared, in arithmetic of {digits} digits,"
+        " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
+        " mismatch was {mismatch}.",
+        digits=seal.digits,
+        lagrangian=letters.inline(writer.labels["L"]),
+        mismatch=letters.inline(letters.number(seal.mismatch)),
+    )
+    return section(say("Certificate"), Words(sentence), _steps(writer))
+
+
+def _steps(writer: DocumentWriter) -> Words | None:
+    steps = writer.equations.derivation.steps
+    if steps is None:
+        return None
+    return Words(
+        writer.say(
+            "Every line of the steps was compared at {count} of these states with automatic"
+            " differentiation: the largest mismatch was {mismatch}.",
+            count=steps.states,
+            mismatch=writer.letters.inline(writer.letters.number(steps.mismatch)),
+        )
+    )
+
+
+_STEPS = "steps to the equations of motion"
+
+
+@dataclass(frozen=True)
+class Content:
+    """The content of a document: its subject, and a function that writes its sections.
+
+    Attributes
+    ----------
+    about
+        The subject, for a comment at the beginning of a file.
+    sections
+        Writes the sections for lines of so many columns of half an em.
+    """
+
+    about: str
+    sections: Callable[[DocumentWriter, float], list[Section]]
+
+
+def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
+    """Return the content of a document of a derivation that options of the registry ask for."""
+    parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
+    return derivation_content(equations, parts, str(options["form"]))
+
+
+def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
+    """Return the content of a document of a derivation; see :func:`contents`."""
+    about = "equations of motion" if equations.derivation.steps is None else _STEPS
+    return Content(about, lambda writer, _columns: contents(writer, parts, form))
+
+
+def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
+    """Return the sections of a document in their order, each named by the part that it belongs to.
+
+    ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
+    """
+    steps = writer.equations.derivation.steps
+    if steps is None:
+        above, below = _above(writer, parts, form), _below(writer, parts, form)
+    else:
+        board = StepsWriter(
+            writer.equations, writer.letters, writer.say, steps=steps, omission=writer.omission
+        )
+        above = _above_with_steps(writer, board, parts, form)
+        below = _below_with_steps(writer, board, parts, form)
+    first, last = list(_chosen(above, parts)), list(_chosen(below, parts))
+    # What is abbreviated and what is left out is known when all else is written.
+    rows = writer.abbreviations()
+    below_all: list[Block] = [Words(writer.say("Here")), formulas(rows)] if rows else []
+    note = writer.left_out()
+    below_all += [] if note is None else [note]
+    whole = first or last
+    if below_all and whole:
+        whole[-1] = replace(whole[-1], blocks=(*whole[-1].blocks, *below_all))
+    return [*first, *last]
+
+
+_Parts: TypeAlias = Iterable[tuple[str, Callable[[], Section | None]]]
+
+
+def _chosen(sections: _Parts, parts: Collection[str]) -> Iterator[Section]:
+    """Return the sections that belong to a part that is wanted, and hold anything."""
+    for names, write in sections:
+        wanted = [name for name in names.split() if name in parts]
+        written = write() if wanted else None
+        if written is not None:
+            yield replace(written, name=wanted[0])
+
+
+def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
+    return (
+        ("system", lambda: system(writer)),
+        ("sketch", lambda: _sketch(writer)),
+        ("account constraints", lambda: freedom(writer, parts)),
+        ("system", lambda: inputs(writer)),
+        ("energies", lambda: energies(writer)),
+        ("equations", lambda: generalized_forces(writer)),
+        *_motion(writer, parts, form),
+        ("equations constraints", lambda: closures(writer)),
+        ("equations constraints", lambda: contacts(writer)),
+    )
+
+
+def _motion(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
+    """Return the equations of motion in a form."""
+    if form not in FORMS or "equations" not in parts:
+        yield "equations", lambda: motion(writer, form)
+        return
+    for written in form_sections(form, writer, writer.words, writer.noted):
+        yield "equations", partial(_same, written)
+
+
+def _same(written: Section) -> Section:
+    return written
+
+
+def _below(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
+    return (
+        ("result", lambda: None if "equations" in parts and form == "explicit" else result(writer)),
+        ("forces", lambda: constraint_forces(writer)),
+        ("conserved", lambda: conserved(writer)),
+        ("conserved", lambda: balance(writer)),
+        *_ending(writer),
+    )
+
+
+def _ending(writer: DocumentWriter) -> _Parts:
+    return (
+        ("initial", lambda: start(writer)),
+        ("equations", lambda: outputs(writer)),
+        ("certificate", lambda: certificate(writer)),
+    )
+
+
+def _above_with_steps(
+    writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
+) -> _Parts:
+    """Return the derivation line by line."""
+    return (
+        ("system", lambda: system(writer)),
+        ("sketch", lambda: _sketch(writer)),
+        ("account constraints", lambda: freedom(writer, parts, positions=False)),
+        ("system", lambda: inputs(writer)),
+        *working(board),
+        *(_motion(writer, parts, form) if form != "lagrange" else ()),
+        ("equations constraints", lambda: contacts(writer)),
+    )
+
+
+def _below_with_steps(
+    writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
+) -> _Parts:
+    has_result = board.steps.of_motion and not ("equations" in parts and form == "explicit")
+    return (
+        ("result", lambda: result(writer) if has_result else None),
+        ("forces", lambda: constraint_forces(writer)),
+        *conclusions(board),
+        *_ending(writer),
+    )
+
+
+def _sketch(writer: DocumentWriter) -> Section | None:
+    return section(writer.say("Sketch"), Picture())

@@ -1,0 +1,288 @@
+"""Equations of motion, of closures and of contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from lagrange_cli.mechanics.dynamics.accelerations import (
+    differentiated,
+    explicit_form,
+    forcing_with_reactions,
+)
+from lagrange_cli.mechanics.families.forms import FamilyRow
+from lagrange_cli.notation.build import display, display_row, display_sum
+from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.steps.by_lagrange import lagrange_law
+from lagrange_cli.report.phrases.equations import (
+    divisor_and_factor,
+    explicit_line,
+    multipliers_line,
+)
+from lagrange_cli.report.tree import Block, Formula, Law, Section, Words, formulas, section
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+    from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
+
+
+def motion(writer: DocumentWriter, form: str) -> Section | None:
+    """Lagrange's equations, or what they say of the accelerations, with ``form`` explicit."""
+    equations, say = writer.equations, writer.say
+    heading = say("Equations of motion")
+    if not equations.system.coordinates:
+        return section(heading, Words(say("There are none.")))
+    if form == "explicit":
+        sentence = explicit_line(equations, explicit_form(equations), say)
+        return section(
+            heading,
+            Words(say("{text}:", text=sentence)),
+            formulas(accelerations(writer), result=True),
+        )
+    return section(
+        heading,
+        Words(say("Lagrange's equations,")),
+        Law(f"{lagrange_law(writer, _multiplied(writer))},", ends=False),
+        Words(say("read")),
+        formulas(lagrange_equations(writer), result=True),
+        writer.paragraph(*_divided(writer)),
+    )
+
+
+def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
+    """Return the equation of each coordinate, or of all of a family."""
+    equations = writer.equations
+    rows = []
+    for one in writer.with_families("motion", len(equations.derivation.shown)):
+        if isinstance(one, FamilyRow):
+            rows.append(_family(writer, one))
+            continue
+        shown = equations.derivation.shown[one]
+        is_rate = shown.momentum is not None
+        left = display_row(shown, writer.words)
+        if shown.momentum is not None:
+            left = display(shown.momentum, writer.words)
+        name = writer.coordinate(equations.system.coordinates[one])
+        rows.append(Formula("", (writer.noted(left),), name=name, is_rate=is_rate))
+    return rows
+
+
+def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
+    """Return the equations of a family as one."""
+    assert writer.over_letters is not None
+    momentum = row.shown.momentum
+    left = writer.over_letters.row(row)
+    if momentum is not None:
+        left = writer.over_letters.part(row, momentum)
+    return Formula(
+        "",
+        (writer.noted(left),),
+        name=writer.letters.symbol(row.name),
+        is_rate=momentum is not None,
+        ranges=writer.letters.ranges(row.ranges) if row.ranges else "",
+    )
+
+
+def accelerations(writer: DocumentWriter) -> list[Formula]:
+    """Return accelerations and multipliers, with M and f where they stay coupled."""
+    explicit = explicit_form(writer.equations)
+    named = [
+        (c.name, writer.coordinate(c, 2), value)
+        for c, value in zip(
+            writer.equations.system.coordinates, explicit.accelerations, strict=True
+        )
+        if value is not None
+    ]
+    rows = list(writer.definitions(named, order=2))
+    rows += [
+        writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
+        for closure, value in zip(
+            writer.equations.system.closures, explicit.multipliers, strict=True
+        )
+        if value is not None
+    ]
+    return [*rows, *_coupled(writer, explicit.coupled), *_differentiated(writer, explicit)]
+
+
+def _coupled(writer: DocumentWriter, indices: Sequence[int]) -> Iterator[Formula]:
+    """``Σ M a = f`` for coordinates whose accelerations are not solved for."""
+    equations, forcing = writer.equations, forcing_with_reactions(writer.equations)
+    for i in indices:
+        terms = [
+            equations.system.mass_matrix[i][j] * equations.system.coordinates[j].a
+            for j in indices
+            if equations.system.mass_matrix[i][j] != 0
+        ]
+        left = writer.noted(display_sum(terms, writer.words))
+        yield Formula("", (left, writer.tree(forcing[i])))
+
+
+def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[Formula]:
+    """Return the closures beside accelerations that are not solved for, differentiated."""
+    for closure, value in zip(writer.equations.system.closures, explicit.multipliers, strict=True):
+        if value is None:
+            row = display_row(differentiated(writer.equations, closure), writer.words)
+            yield Formula("", (writer.noted(row),))
+
+
+def _multiplied(writer: DocumentWriter) -> Iterator[str]:
+    """Return the generalized forces of the constraints, by kinds of closures and contacts."""
+    letters, kinds = writer.letters, {closure.kind for closure in writer.equations.system.pushing}
+    for kind, letter, order in (("position", "varphi", 0), ("velocity", "psi", 1)):
+        if kind in kinds:
+            slope = letters.partial(letters.symbol(f"{letter}_k"), letters.symbol("q_j", order))
+            yield letters.total("k", f"{letters.symbol('lambda_k')} {slope}")
+
+
+def _divided(writer: DocumentWriter) -> list[str]:
+    """Say which common factors were divided out of which equations, or multiplied to them."""
+    equations, say, letters = writer.equations, writer.say, writer.letters
+    divided: list[str] = []
+    multiplied: list[str] = []
+    for one in writer.with_families("motion", len(equations.derivation.shown)):
+        if isinstance(one, FamilyRow):
+            shown, place = one.shown, letters.inline(letters.symbol(one.name))
+        else:
+            shown = equations.derivation.shown[one]
+            place = letters.inline(writer.coordinate(equations.system.coordinates[one]))
+        divisor, factor = divisor_and_factor(shown)
+        if divisor is not None:
+            first, next_ = "{factor} in the equation for {place}", "{factor} in that for {place}"
+            divided.append(
+                say.first(
+                    not divided, first, next_, factor=_part(writer, one, divisor), place=place
+                )
+            )
+        if factor is not None:
+            first, next_ = "the equation for {place} by {factor}", "that for {place} by {factor}"
+            multiplied.append(
+                say.first(
+                    not multiplied, first, next_, factor=_part(writer, one, factor), place=place
+                )
+            )
+    sentences = []
+    if divided:
+        single, many = (
+            "Common factor divided out: {listed}.",
+            "Common factors divided out: {listed}.",
+        )
+        sentences.append(say.counted(len(divided), single, many, listed=", ".join(divided)))
+    if multiplied:
+        listed = ", ".join(multiplied)
+        sentences.append(say("Multiplied to be rid of fractions: {listed}.", listed=listed))
+    return sentences
+
+
+def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str:
+    """Return a factor of an equation, within a sentence."""
+    if isinstance(one, FamilyRow) and writer.over_letters is not None:
+        node = writer.over_letters.part(one, expression)
+        return writer.letters.inline(writer.letters.formula(node))
+    return writer.inline(expression)
+
+
+def closures(writer: DocumentWriter) -> Section | None:
+    """Return the equations beside those of motion, and what their multipliers mean."""
+    rows, say, letters = closure_rows(writer), writer.say, writer.letters
+    if not rows:
+        return None
+    kinds = {closure.kind for closure in writer.equations.system.closures}
+    phi, psi = (letters.inline(letters.symbol(name)) for name in ("varphi_k", "psi_k"))
+    sentence = say(
+        "These hold beside the equations of motion; their left sides are the {letter}.",
+        letter=phi if "position" in kinds else psi,
+    )
+    if len(kinds) > 1:
+        sentence = say(
+            "These hold beside the equations of motion; their left sides are {phi}, or {psi} where"
+            " they hold velocities.",
+            phi=phi,
+            psi=psi,
+        )
+    meant = say("{text}.", text=multipliers_line(writer.equations, say))
+    return section(
+        say("Closure equations"), Words(sentence), formulas(rows, result=True), Words(meant)
+    )
+
+
+def closure_rows(writer: DocumentWriter) -> list[Formula]:
+    """Return the closure equations, each with its name."""
+    rows, listed = [], writer.equations.system.closures
+    for one in writer.with_families("closures", len(listed)):
+        if isinstance(one, FamilyRow):
+            rows.append(replace(writer.family_row("", one), name=writer.letters.named(one.name)))
+        else:
+            tree, name = writer.tree(listed[one].expression), writer.letters.named(listed[one].name)
+            rows.append(Formula("", (tree,), name=name))
+    return rows
+
+
+def contacts(writer: DocumentWriter) -> Section | None:
+    """Return gaps with their multipliers and restitutions, and what these mean."""
+    say, letters, rows = writer.say, writer.letters, contact_rows(writer)
+    if not rows:
+        return None
+    gap, push = letters.symbol("varphi_k"), letters.symbol("lambda_k")
+    rate = letters.symbol("varphi_k", 1)
+    elastic = letters.symbol("e_k")
+    sentences = [
+        say("{value} for {name}", value=writer.inline(c.restitution), name=letters.words(c.name))
+        for c in writer.equations.system.contacts
+    ]
+    blocks: list[Block] = [
+        Words(
+            say(
+                "The gaps {gap} of one-sided constraints and their multipliers obey",
+                gap=letters.inline(gap),
+            )
+        ),
+        Law(
+            letters.comma.join(
+                (letters.at_least(gap), letters.at_least(push), f"{push} {gap} = 0,")
+            ),
+            ends=False,
+        ),
+        Words(say("here")),
+        formulas(rows, result=True),
+        Words(
+            say(
+                "Times the gradient of the gap, {push} is the force of the contact. A gap that"
+                " closes with {closing} opens with {opening}; the restitution {elastic} is"
+                " {listed}.",
+                push=letters.inline(push),
+                closing=letters.inline(f"{rate} < 0"),
+                opening=letters.inline(f"-{elastic} {rate}"),
+                elastic=letters.inline(elastic),
+                listed=", ".join(sentences),
+            )
+        ),
+    ]
+    return section(say("Contacts"), *blocks)
+
+
+def contact_rows(writer: DocumentWriter) -> list[Formula]:
+    """Complementarity of each contact: 0 ≤ λ ⊥ φ ≥ 0."""
+    return [
+        Formula(
+            "",
+            (writer.tree(contact.closure.expression),),
+            name=writer.letters.named(contact.name),
+            multiplier=writer.letters.formula(writer.tree(contact.closure.multiplier)),
+        )
+        for contact in writer.equations.system.contacts
+    ]
+
+
+def result(writer: DocumentWriter) -> Section | None:
+    """Return the accelerations and multipliers that a computer integrates."""
+    equations, say = writer.equations, writer.say
+    if not equations.system.coordinates:
+        return None
+    sentence = explicit_line(equations, explicit_form(equations), say)
+    return section(
+        say("Result"),
+        Words(say("{text}:", text=sentence)),
+        formulas(accelerations(writer), result=True),
+    )

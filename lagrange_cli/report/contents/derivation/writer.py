@@ -1,0 +1,150 @@
+"""The writer of a document's sections, which notes the abbreviations that they use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.mechanics.families.families import Families, families_in
+from lagrange_cli.mechanics.families.forms import FamilyRow, Form
+from lagrange_cli.notation.build import display, display_sum
+from lagrange_cli.notation.families import FamilyNotation
+from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
+from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated, vocabulary
+from lagrange_cli.report.contents.steps.writer import Writer
+from lagrange_cli.report.phrases.equations import omission_told, operations_told
+from lagrange_cli.report.phrases.families import with_families
+from lagrange_cli.report.tree import Formula, Words
+from lagrange_cli.report.writers.document_letters import DocumentLetters
+
+if TYPE_CHECKING:
+    from sympy import Expr
+
+
+@dataclass(frozen=True)
+class DocumentWriter(Writer):
+    """Writes labels and rows of a document.
+
+    Attributes
+    ----------
+    letters
+        Letters of the format.
+    abbreviating
+        True if the scene's abbreviations stand for their expressions.
+    written_out
+        True if every element of indexed families is shown, and expressions of any length.
+    abbreviated
+        Names of the abbreviations that what was written so far holds.
+    """
+
+    letters: DocumentLetters
+    abbreviating: bool = True
+    written_out: bool = False
+    abbreviated: set[str] = field(default_factory=set)
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols; steps are written without abbreviations."""
+        abbreviating = self.abbreviating and self.equations.derivation.steps is None
+        return vocabulary(self.equations, abbreviating=abbreviating, omission=self.omission)
+
+    # -- what is left out -----------------------------------------------------------
+
+    @cached_property
+    def omission(self) -> Omission | None:
+        """Leaves out expressions that are too long to be read; None if all are wanted."""
+        return None if self.written_out else Omission(self._operations)
+
+    def _operations(self, count: int) -> str:
+        return self.letters.upright(operations_told(count, self.say))
+
+    def left_out(self) -> Words | None:
+        """Return the note on expressions that were left out; None if there are none."""
+        if self.omission is None or not self.omission.counts:
+            return None
+        return Words(omission_told(self.letters.typed("--written-out"), self.say))
+
+    # -- families -------------------------------------------------------------------
+
+    @cached_property
+    def over_letters(self) -> FamilyNotation | None:
+        """Writes what families have in common; None if all is written out, as steps are."""
+        is_written = self.written_out or self.equations.derivation.steps is not None
+        families = None if is_written else families_in(self.equations)
+        return None if families is None else FamilyNotation(families, self.words)
+
+    @property
+    def families(self) -> Families | None:
+        return None if self.over_letters is None else self.over_letters.families
+
+    def with_families(self, part: str, count: int) -> Iterator[int | FamilyRow]:
+        """Return numbers of the rows of a part of the document, or the rows of their families."""
+        return with_families(() if self.families is None else getattr(self.families, part), count)
+
+    def family_row(self, label: str, row: FamilyRow) -> Formula:
+        """Return a definition or quantity of the elements of a family."""
+        assert self.over_letters is not None
+        node = self.noted(self.over_letters.whole(row))
+        return Formula(label, (node,), ranges=self.letters.ranges(row.ranges) if row.ranges else "")
+
+    @property
+    def energy_forms(self) -> tuple[Form | None, Form | None, Form | None]:
+        """T, V and the dissipation function with sums over indices; None of those written out."""
+        families = self.families
+        if families is None:
+            return None, None, None
+        return families.kinetic, families.potential, families.dissipation
+
+    def energy(self, label: str, energy: Expr, form: Form | None) -> Formula:
+        """Return an energy, with sums over indices where it has such a form."""
+        if form is None or self.over_letters is None:
+            return self.row(label, energy)
+        return Formula(label, (self.noted(self.over_letters.form(form)),))
+
+    def definitions(
+        self, named: Sequence[tuple[str, str, Expr]], order: int = 0
+    ) -> Iterator[Formula]:
+        """Names, their labels and what they stand for; those of families as one, with letters.
+
+        ``order``: dots that the labels have.
+        """
+        family_rows: Sequence[FamilyRow] = ()
+        if self.families is not None:
+            family_rows = self.families.definitions([(name, e) for name, _, e in named])
+        for one in with_families(family_rows, len(named)):
+            if isinstance(one, FamilyRow):
+                yield self.family_row(self.letters.symbol(one.name, order), one)
+            else:
+                yield self.row(*named[one][1:])
+
+    # -- rows -----------------------------------------------------------------------
+
+    def tree(self, expression: Expr) -> DisplayNode:
+        """Return an expression as it is displayed."""
+        return self.noted(display(expression, self.words))
+
+    def noted(self, node: DisplayNode) -> DisplayNode:
+        """Return the same tree, whose abbreviations are noted."""
+        if self.words.named:
+            self.abbreviated.update(abbreviations_in(node))
+        return node
+
+    def total(self, label: str, parts: Sequence[Expr]) -> Formula:
+        """``label = Σ parts``, the parts in their order, or with sums over indices."""
+        form = None if self.families is None else self.families.quantity(sympy.Add(*parts))
+        if form is not None:
+            return self.energy(label, sympy.Add(*parts), form)
+        return Formula(label, (self.noted(display_sum(parts, self.words)),))
+
+    def abbreviations(self) -> list[Formula]:
+        """Return the definitions of the abbreviations in use, and of those that these use."""
+        rows: list[Formula] = []
+        for name, expression in reversed(self.equations.presentation.abbreviations):
+            if name in self.abbreviated:
+                node = self.noted(display(expression, unabbreviated(name, self.words)))
+                rows.insert(0, Formula(self.letters.symbol(name), (node,)))
+        return rows

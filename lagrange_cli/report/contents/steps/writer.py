@@ -1,0 +1,235 @@
+"""The writer of sections: equations, letters of a format, a language, steps if any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import sympy
+
+from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
+from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
+from lagrange_cli.mechanics.step_values import rate_symbol
+from lagrange_cli.notation.build import display
+from lagrange_cli.notation.labels import free_letter, quantity_labels
+from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
+from lagrange_cli.notation.symbols import latex_name
+from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
+from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
+from lagrange_cli.report.phrases.language import ENGLISH, Language
+from lagrange_cli.report.tree import Formula, Title, Words
+from lagrange_cli.report.writers.letters import Letters
+
+if TYPE_CHECKING:
+    from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.findings import Conserved
+    from lagrange_cli.mechanics.step_values import ComponentSteps, DerivationSteps
+    from lagrange_cli.mechanics.system import Closure, Coordinate
+
+#: Terms of a sum that is written out although its parts stand above it.
+_MOST_TERMS = 12
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Writes labels and rows of some equations.
+
+    Attributes
+    ----------
+    equations
+        The equations.
+    letters
+        Letters of the format.
+    say
+        The language of the words between formulas.
+    """
+
+    equations: Equations
+    letters: Letters
+    say: Language = ENGLISH
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols."""
+        return vocabulary(self.equations)
+
+    def tree(self, expression: Expr) -> DisplayNode:
+        """Return an expression as it is displayed."""
+        return display(expression, self.words)
+
+    # -- labels ---------------------------------------------------------------------
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """Labels of T, V, L and so on that differ from all names of the scene."""
+        names = quantity_labels(self.equations)
+        labels = {short: self.letters.symbol(name) for short, name in names.items()}
+        # Routh's function keeps its letter, in another face.
+        return labels if names["R"] == "R" else {**labels, "R": self.letters.routhian()}
+
+    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return self.letters.symbol(coordinate.name, order, coordinate.latex)
+
+    def inline(self, expression: Expr) -> str:
+        """Return an expression within a sentence."""
+        return self.letters.inline(self.letters.formula(self.tree(expression)))
+
+    def listed(self, formulas: Sequence[str]) -> str:
+        """Return formulas within a sentence: ``x, y and z``."""
+        inline = [self.letters.inline(f) for f in formulas]
+        if len(inline) < 2:
+            return "".join(inline)
+        return self.say("{first} and {last}", first=", ".join(inline[:-1]), last=inline[-1])
+
+    # -- rows -----------------------------------------------------------------------
+
+    def row(self, label: str, *chain: Expr) -> Formula:
+        """``label = first = second``; an expression that reads as the one before is left out."""
+        shown: list[DisplayNode] = []
+        for expression in chain:
+            node = self.tree(expression)
+            if not shown or shown[-1] != node:
+                shown.append(node)
+        return Formula(label, tuple(shown))
+
+    def sum_row(self, label: str, whole: Expr) -> Formula:
+        """``label = whole``, or the label alone where the sum is long."""
+        node = self.tree(whole)
+        short = not isinstance(node, DisplaySum) or len(as_terms(node)) <= _MOST_TERMS
+        return Formula(label, (node,) if short else ())
+
+    # -- paragraphs -----------------------------------------------------------------
+
+    def paragraph(self, *sentences: str) -> Words | None:
+        """Return a paragraph of the sentences that are not empty."""
+        nonempty = [s for s in sentences if s]
+        return Words(" ".join(nonempty)) if nonempty else None
+
+    def title(self, name: str) -> Title:
+        """Return the title of the formulas below it, a name of the scene."""
+        return Title(self.say("{text}:", text=self.letters.words(name)))
+
+
+@dataclass(frozen=True)
+class StepsWriter(Writer):
+    """Writes labels and rows of the steps of some equations.
+
+    Attributes
+    ----------
+    steps
+        The steps that lead to the equations.
+    omission
+        Leaves out expressions that are too long to be read; None if all are wanted.
+    """
+
+    _: KW_ONLY
+    steps: DerivationSteps
+    omission: Omission | None = None
+
+    @cached_property
+    def words(self) -> Vocabulary:
+        """Display names of all symbols: those of the equations, Cartesian names, displacements."""
+        usual = vocabulary(self.equations, omission=self.omission)
+        atoms = dict(usual.atoms)
+        written = [term.written for term in (*self.steps.kinetic, *self.steps.potentials)]
+        for symbol in {s for e in written for s in e.free_symbols} - atoms.keys():
+            order = [c.name for c in self.equations.system.cartesian_names]
+            rank = order.index(symbol.name) if symbol.name in order else len(order)
+            atoms[symbol] = symbol_of(symbol.name, Dependence.COORDINATE, rank)
+        for rank, name in enumerate(c.name for c in self.equations.system.cartesian_names):
+            atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
+        for rank, c in enumerate(self.equations.system.coordinates):
+            text = self.letters.virtual(self.coordinate(c))
+            atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
+        return replace(usual, atoms=atoms)
+
+    # -- labels ---------------------------------------------------------------------
+
+    def variable(self, symbol: Symbol) -> str:
+        """Return a coordinate or t, as what is differentiated by."""
+        for c in self.equations.system.coordinates:
+            if symbol == c.q:
+                return self.coordinate(c)
+        return self.letters.symbol("t")
+
+    def cartesian(self, name: str, order: int = 0) -> str:
+        """Return a Cartesian name, which may be that of a coordinate."""
+        for c in self.equations.system.coordinates:
+            if c.name == name:
+                return self.coordinate(c, order)
+        return self.letters.symbol(name, order)
+
+    @cached_property
+    def constraint_letter(self) -> str:
+        """The letter of left sides of constraints, φ where the scene has no other use for it."""
+        return free_letter(self.equations, ("phi", "psi", "f", "g", "h", "w"))
+
+    def constraint(self, closure: Closure) -> str:
+        """Return the left side of a closure or gap: ``φ_rolling``."""
+        letter, index = (
+            self.constraint_letter,
+            self.equations.presentation.indices.get(closure.name),
+        )
+        latex = None if index is None else f"{latex_name(letter)}_{{{index}}}"
+        return self.letters.symbol(f"{letter}_{closure.name}", 0, latex)
+
+    @cached_property
+    def force_letter(self) -> str:
+        """Return the letter of applied forces, F where the scene has no other use for it."""
+        return free_letter(self.equations, ("F", "K", "P"))
+
+    @cached_property
+    def inertia_letter(self) -> str:
+        """Return the letter of inertia less force of terms that act on no particle."""
+        return free_letter(self.equations, ("N", "S", "W"))
+
+    def force(self, name: str) -> str:
+        """Return the force along a Cartesian name: ``F_x``."""
+        return self.letters.below(self.force_letter, self.cartesian(name))
+
+    def factor(self, expression: Expr) -> str:
+        """Return an expression as a factor of a label."""
+        node = self.tree(expression)
+        written = self.letters.formula(node)
+        return self.letters.group(written) if isinstance(node, DisplaySum) else written
+
+
+def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Words | None:
+    """Give conserved quantities at a start that the scene writes in its parameters.
+
+    ``letter``: of a quantity, in the letters of the format.
+    """
+    values = [
+        writer.letters.inline(f"{letter(quantity)} = {writer.letters.formula(writer.tree(value))}")
+        for quantity, value in conserved_at_start(writer.equations)
+    ]
+    sentence = writer.say("At the start {values}.", values=", ".join(values))
+    return Words(sentence) if values else None
+
+
+def angular_momentum_sentence(writer: Writer, quantity: Conserved, letter: str) -> Words | None:
+    """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
+    axis = angular_momentum_axis(writer.equations, quantity)
+    if axis is None:
+        return None
+    named = {"momentum": writer.letters.inline(letter), "axis": writer.letters.inline(axis)}
+    return Words(writer.say("{momentum} is the angular momentum about the {axis} axis.", **named))
+
+
+def displacement(coordinate: Coordinate) -> Symbol:
+    """Return the symbol of δq."""
+    return sympy.Symbol(f"delta({coordinate.name})", real=True)
+
+
+def is_own_coordinate(part: ComponentSteps) -> bool:
+    """Say whether a Cartesian name is a coordinate itself."""
+    return bool(part.position.is_Symbol and part.position.name == part.name)
+
+
+def sum_of(terms: Iterable[str]) -> str:
+    """Return terms of a general formula with plus signs; 0 if there are none."""
+    return " + ".join(t for t in terms if t) or "0"

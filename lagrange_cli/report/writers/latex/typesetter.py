@@ -1,0 +1,247 @@
+"""Sections of a document as LaTeX: sentences, tables, displays broken into lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from lagrange_cli.notation.layout import break_lines
+from lagrange_cli.notation.printers.latex import LatexPrinter
+from lagrange_cli.notation.printers.typeset import WIDEST_PART
+from lagrange_cli.report.tree import (
+    Block,
+    Bullets,
+    Formulas,
+    Law,
+    Picture,
+    Section,
+    Table,
+    Title,
+    Words,
+)
+from lagrange_cli.report.writers.latex.letters import MacroPrinter, Macros
+from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
+
+#: Size of the letters → points of a column, half an em.
+COLUMN_POINTS = {10: 5.0, 11: 5.475}
+
+#: Lines of a formula that stay on one page.
+_MOST_LINES = 6
+
+#: Lines of an ``aligned`` environment.
+_LONGEST_ALIGNED = 24
+
+#: What takes no room of its own in a general formula.
+_NO_ROOM = re.compile(r"\\(?:mathbf|mathrm|text|dot|ddot|[dt]?frac)\b|\\,|[{}_^ ]|\\(?=[a-zA-Z])")
+
+
+@dataclass(frozen=True)
+class Typesetter(RowSetter):
+    """Writes sections in LaTeX.
+
+    Attributes
+    ----------
+    numbered
+        True if displays have numbers.
+    stem
+        The beginning of all labels.
+    picture
+        LaTeX of the sketch, empty if none is wanted.
+    most_rows
+        Rows of a table that is kept on one page.
+    macros
+        Macros of the symbols, None if letters stand for themselves.
+    counts
+        Part of the document → how many of its formulas have a label.
+    """
+
+    numbered: bool = True
+    stem: str = ""
+    picture: str = ""
+    most_rows: int = 24
+    macros: Macros | None = None
+    counts: dict[str, int] = field(default_factory=dict)
+
+    wide = r"\quad "
+    colon = r"\colon\quad"
+    at_least = r"\ge"
+    at_most = r"\le"
+    complementary = r"\perp"
+
+    @cached_property
+    def printer(self) -> LatexPrinter:
+        # Parts that are not broken, as fractions, leave room for what stands beside them.
+        widest = min(WIDEST_PART, 0.65 * self.columns - 9.5)
+        return LatexPrinter(widest) if self.macros is None else MacroPrinter(self.macros, widest)
+
+    def room(self, formula: str) -> float:
+        if formula.startswith(_ALONE):
+            return 0
+        words = _TEXTS.findall(formula)
+        return sum(map(letter_count, words)) + len(
+            re.sub(r"[a-z]{2,}", "x", _NO_ROOM.sub("", _TEXTS.sub("", formula)))
+        )
+
+    def alone(self, label: str) -> str:
+        return rf"{_ALONE}{{$\displaystyle {label}$}}"
+
+    def section(self, section: Section) -> list[str]:
+        """Return the heading of a section and its blocks."""
+        return [rf"\section*{{{section.heading}}}", *self.blocks(section)]
+
+    def blocks(self, section: Section) -> list[str]:
+        """Return the blocks of a section without its heading."""
+        return [line for block in section.blocks for line in self._block(block, section.name)]
+
+    def _block(self, block: Block, part: str) -> list[str]:
+        match block:
+            case Words(text):
+                return [text]
+            case Title(text):
+                return ["", text]
+            case Law(text, ends):
+                return self._law(text, "" if ends else _UNBROKEN)
+            case Formulas(_, result):
+                return self.display(self.rows(block), part, numbered=result and self.numbered)
+            case Table():
+                return self._table(block)
+            case Bullets(items):
+                return [_BULLETS, *(rf"  \item {item}" for item in items), r"\end{itemize}"]
+            case Picture():
+                return [r"\begin{center}", self.picture, r"\end{center}"]
+
+    # -- laws -----------------------------------------------------------------------
+
+    def _law(self, text: str, penalty: str) -> list[str]:
+        """Return a general formula on a line, or on several where it is too long for one."""
+        parts = _LAW_BREAK.split(text)
+        lines = [parts[0]]
+        for sign, part in zip(parts[1::2], parts[2::2], strict=True):
+            whole = f"{lines[-1]}{sign}{part}"
+            if letter_count(whole) <= FILLED * self.columns:
+                lines[-1] = whole
+            elif sign.startswith(","):
+                lines[-1:] = [f"{lines[-1]},", part]
+            else:
+                lines.append(f"{{}}{sign}{part}")
+        if len(lines) == 1:
+            return [rf"\[ {penalty}{text} \]"]
+        return [rf"\begin{{gather*}}{penalty}", " \\\\\n".join(lines), r"\end{gather*}"]
+
+    # -- displays -------------------------------------------------------------------
+
+    def display(self, rows: Sequence[FormulaRow], part: str, *, numbered: bool) -> list[str]:
+        """Return formulas as a display, with a number and a label each, or none."""
+        available = self.available([row.label for row in rows])
+        written = [_lines(row, available) for row in rows]
+        if not written:
+            return []
+        tags = [self._label(part) if numbered and row.ends else "" for row in rows]
+        star = "" if numbered else "*"
+        if len(rows) == 1 and len(written[0]) <= _MOST_LINES:
+            return _equation(written[0], tags[0], star)
+        gathered = all(
+            not row.label and len(lines) == 1 for row, lines in zip(rows, written, strict=True)
+        )
+        name = "gather" if gathered else "align"
+        shown = [
+            _numbered(lines, tag, numbered=numbered)
+            for lines, tag in zip(written, tags, strict=True)
+        ]
+        body = " \\\\\n".join(shown)
+        body = body.replace("  & ", "  ") if gathered else body
+        return [rf"\begin{{{name}{star}}}", body, rf"\end{{{name}{star}}}"]
+
+    def lines(self, rows: Sequence[FormulaRow]) -> list[str]:
+        """Return formulas below each other, broken into lines, each with its sign of alignment."""
+        available = self.available([row.label for row in rows])
+        return [line for row in rows for line in _lines(row, available)]
+
+    def aligned(self, rows: Sequence[FormulaRow]) -> Iterator[list[str]]:
+        """Return formulas as ``aligned`` environments, which stand within a display each.
+
+        Long ones are several, since KaTeX expands no more than 1,000 macros in a display.
+        """
+        shown = self.lines(rows)
+        for start in range(0, len(shown), _LONGEST_ALIGNED):
+            lines = " \\\\\n".join(shown[start : start + _LONGEST_ALIGNED])
+            yield [r"\begin{aligned}", lines, r"\end{aligned}"]
+
+    # -- tables ---------------------------------------------------------------------
+
+    def _table(self, table: Table) -> list[str]:
+        """Return the lines of a table; a long one is several, between which pages may end."""
+        lines = (table.heads, *table.rows)
+        widths = [max(map(letter_count, column)) + 3 for column in zip(*lines, strict=True)]
+        fits = sum(widths) <= self.columns
+        parts = range(0, len(table.rows), self.most_rows)
+        return [line for start in parts for line in self._part(table, start, fits=fits)]
+
+    def _part(self, table: Table, start: int, *, fits: bool) -> list[str]:
+        prose = "l" if fits else r">{\raggedright\arraybackslash\hspace{0pt}}X"
+        columns = "".join(prose if head == table.prose else "l" for head in table.heads)
+        name, size = ("tabular", "") if fits else ("tabularx", r"{\linewidth}")
+        return [
+            r"\par\medskip" if fits else r"\par\medskip{\setlength{\tabcolsep}{3pt}",
+            rf"\begin{{{name}}}{size}{{@{{}}{columns}@{{}}}}",
+            r"  \toprule",
+            _cells(table.heads),
+            r"  \midrule",
+            *map(_cells, table.rows[start : start + self.most_rows]),
+            r"  \bottomrule",
+            rf"\end{{{name}}}" + ("" if fits else "}"),
+        ]
+
+    def _label(self, part: str) -> str:
+        number = self.counts[part] = self.counts.get(part, 0) + 1
+        return rf"\label{{eq:{self.stem}:{part}:{number}}}"
+
+
+#: Where a general formula may be broken.
+_LAW_BREAK = re.compile(r"(,\\quad | = | \+ )")
+
+#: Words in a formula, in which braces may stand around brackets.
+_TEXTS = re.compile(r"\\text\{((?:[^{}]|\{[^{}]*\})*)\}")
+
+#: What begins a label that has a line for itself.
+_ALONE = r"\rlap"
+
+#: Within a display that a sentence goes on after: no page ends there.
+_UNBROKEN = r"\postdisplaypenalty=10000 "
+
+_BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
+
+
+def letter_count(text: str) -> int:
+    """Count the letters of a text without its commands."""
+    return len(re.sub(r"\\[A-Za-z]+|[{}$_^]", "", text))
+
+
+def _lines(row: FormulaRow, available: float) -> list[str]:
+    """Return the lines of a formula, aligned after its label."""
+    first, *others = break_lines(row.pieces, available, available - 4, step=2)
+    label = f"{row.label} " if row.label else ""
+    lines = [f"  {label}& {first.text}"]
+    return lines + [
+        rf"  &\hspace{{{1.5 + 0.8 * line.level:g}em}} {{}} {line.text}" for line in others
+    ]
+
+
+def _equation(lines: Sequence[str], tag: str, star: str) -> list[str]:
+    """One formula, which stays on a page."""
+    body = "".join(lines).replace("& ", "", 1)
+    if len(lines) > 1:
+        body = "\n".join([r"\begin{split}", " \\\\\n".join(lines), r"\end{split}"])
+    return [rf"\begin{{equation{star}}}{tag}", body, rf"\end{{equation{star}}}"]
+
+
+def _numbered(lines: Sequence[str], tag: str, *, numbered: bool) -> str:
+    """Return the lines of one of several formulas, of which the last has its number."""
+    end = " \\nonumber \\\\\n" if numbered else " \\\\\n"
+    return end.join(lines) + (f" {tag}" if tag else r" \nonumber" if numbered else "")
+
+
+def _cells(row: Sequence[str]) -> str:
+    return "  " + " & ".join(row) + r" \\"

@@ -1,0 +1,112 @@
+"""Markdown with LaTeX formulas between dollars, as notebooks and forges of code show it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.notation.symbols import printable
+from lagrange_cli.report.contents.derivation.contents import Content, asked_content
+from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.tree import (
+    Block,
+    Bullets,
+    Formulas,
+    Law,
+    Picture,
+    Section,
+    Table,
+    Title,
+    Words,
+)
+from lagrange_cli.report.writers.latex.letters import LatexLetters
+from lagrange_cli.report.writers.latex.typesetter import Typesetter
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+
+
+#: Punctuation that is markup anywhere in a line, and at its beginning.
+_MARKUP = re.compile(r"([\\`*_{}\[\]<>#$|~&!])")
+_OPENING = re.compile(r"^(\d*)([-+=.):])")
+
+
+class MarkdownLetters(LatexLetters):
+    """Letters of LaTeX; text of a scene with all its punctuation escaped."""
+
+    def words(self, text: str) -> str:
+        plain = " ".join(printable(text).split())
+        return _OPENING.sub(r"\1\\\2", _MARKUP.sub(r"\\\1", plain))
+
+    def typed(self, text: str) -> str:
+        return f"`{text}`"
+
+    def unit(self, text: str) -> str:
+        written = super().unit(text)
+        return written if written.startswith("$") else self.words(text)
+
+
+def emit_markdown(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
+) -> dict[str, str]:
+    """Return ``NAME.md`` of a content, by default that of the derivation.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields; its steps are written if it has any.
+    options
+        Those of the registry.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    content = content or asked_content(equations, options)
+    letters = MarkdownLetters(equations)
+    say, written_out = language(str(options["language"])), bool(options["written_out"])
+    writer = DocumentWriter(equations, letters, say, written_out=written_out)
+    paragraphs = [f"# {letters.prose(equations.presentation.title or equations.presentation.name)}"]
+    if equations.presentation.description:
+        paragraphs.append(letters.prose(equations.presentation.description))
+    for section in content.sections(writer, Typesetter().columns):
+        paragraphs += _section(section)
+    return {f"{equations.presentation.name}.md": "\n\n".join(paragraphs) + "\n"}
+
+
+def _section(section: Section) -> Iterator[str]:
+    yield f"## {section.heading}"
+    for block in section.blocks:
+        yield from _block(block)
+
+
+def _block(block: Block) -> Iterator[str]:
+    match block:
+        case Words(text) | Title(text):
+            yield text
+        case Law(text):
+            yield _display([text])
+        case Formulas():
+            setter = Typesetter()
+            yield from map(_display, setter.aligned(setter.rows(block)))
+        case Table(heads, rows):
+            dashes = ["---"] * len(heads)
+            lines = (" | ".join(map(_cell, row)) for row in (heads, dashes, *rows))
+            yield "\n".join(f"| {line} |" for line in lines)
+        case Bullets(items):
+            yield "\n".join(f"- {item}" for item in items)
+        case Picture():
+            pass
+
+
+def _cell(text: str) -> str:
+    """Return a cell of a table; bars of a formula would end it."""
+    return text.replace("|", r"\vert{}") if text.startswith("$") else text
+
+
+def _display(lines: Sequence[str]) -> str:
+    return "\n".join(["$$", *lines, "$$"])

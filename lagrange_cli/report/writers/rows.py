@@ -1,0 +1,128 @@
+"""Formulas of a display as rows of pieces, which a format breaks into lines."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
+from lagrange_cli.notation.printers.typeset import TypesetPrinter
+from lagrange_cli.report.tree import Formula, Formulas
+
+#: Columns of half an em that a number takes beside a display, and that labels have at the least.
+_NUMBER, _LABEL = 5, 3
+
+#: The part of a line that formulas fill by estimated widths, which are not exact.
+FILLED = 0.94
+
+#: The part of a line that a label takes at the most beside its formula.
+WIDEST_LABEL = 0.35
+
+
+@dataclass(frozen=True)
+class FormulaRow:
+    """A formula: its label before the alignment, and the pieces after it.
+
+    ``ends``: false if the next row continues it, which then has the number.
+    """
+
+    label: str
+    pieces: Sequence[Piece]
+    ends: bool = True
+
+
+@dataclass(frozen=True)
+class RowSetter(ABC):
+    """Makes rows of formulas.
+
+    ``colon`` stands after a name; ``at_least``, ``at_most`` and ``complementary`` are ≥, ≤ and ⊥;
+    ``wide`` is a wide space.
+
+    Attributes
+    ----------
+    columns
+        Width of a line, in columns of half an em.
+    """
+
+    columns: float = 83
+
+    colon = ""
+    wide = " "
+    at_least = ">="
+    at_most = "<="
+    complementary = ""
+
+    def alone(self, label: str) -> str | None:
+        """A label that has a line for itself and no width; None if the format has none such."""
+        return None
+
+    @property
+    @abstractmethod
+    def printer(self) -> TypesetPrinter:
+        """Return the printer of display trees."""
+
+    @abstractmethod
+    def room(self, formula: str) -> float:
+        """Columns of half an em that a general formula takes, near enough to break lines by."""
+
+    def rows(self, block: Formulas) -> list[FormulaRow]:
+        """Return rows of a display, one or more for each formula."""
+        return [part for row in block.rows for part in self._ranged(row, self._rows(row))]
+
+    def _ranged(self, formula: Formula, rows: list[FormulaRow]) -> list[FormulaRow]:
+        """Return the rows of a formula with the values of its indices behind the last one."""
+        if not formula.ranges:
+            return rows
+        last = rows[-1]
+        ranges = Piece(formula.ranges, 1.4 * self.room(formula.ranges) + 4, self.wide, "", 0)
+        return [*rows[:-1], replace(last, pieces=[*suffixed(last.pieces, ",", 0.5), ranges])]
+
+    def available(self, labels: Iterable[str]) -> float:
+        """Return columns beside the widest label and the number."""
+        widest = max((self.room(label) for label in labels), default=0)
+        return FILLED * self.columns - max(_LABEL, widest) - _NUMBER
+
+    def _rows(self, row: Formula) -> list[FormulaRow]:
+        """A formula on a line, or each of its sides on one where they are too long together."""
+        bodies = [self.printer.pieces(node) for node in row.chain]
+        label = f"{row.name}{self.colon} {row.label}".rstrip() if row.name else row.label
+        if row.multiplier:
+            gap = suffixed(bodies[0], f" {self.at_least} 0", 4)
+            push = f"0 {self.at_most} {row.multiplier} {self.complementary} "
+            return [FormulaRow(label, prefixed(gap, push, 12))]
+        if row.is_rate:
+            return [FormulaRow(label, suffixed(self.printer.rate(row.chain[0]), " = 0", 3))]
+        if not row.label:
+            return [FormulaRow(label, _equated(bodies))]
+        middle = [[Piece(row.middle, self.room(row.middle))]] if row.middle else []
+        middle += [self._vector(row.components)] if row.components else []
+        sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
+        whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
+        if self.room(label) > WIDEST_LABEL * self.columns and (apart := self.alone(label)):
+            sides = [[Piece("", 0)], *sides]
+            label = apart
+        elif width(whole) <= self.available([label]):
+            return [FormulaRow(label, [replace(whole[0], separator=""), *whole[1:]])]
+        labels = [label, *("" for _ in sides[1:])]
+        last = len(sides) - 1
+        return [
+            FormulaRow(shown, side, ends=number == last)
+            for number, (shown, side) in enumerate(zip(labels, sides, strict=True))
+        ]
+
+    def _vector(self, components: Sequence[str]) -> list[Piece]:
+        """Return components in parentheses; a line may end after each comma."""
+        texts = [f"{component}," for component in components]
+        texts[0], texts[-1] = f"({texts[0]}", f"{texts[-1][:-1]})"
+        first, *others = (Piece(text, self.room(text) + 1, "", "", 0) for text in texts)
+        return [replace(first, depth=None), *(replace(piece, separator=" ") for piece in others)]
+
+
+def _equated(bodies: Sequence[list[Piece]]) -> list[Piece]:
+    """``left = 0``, or ``left = right``."""
+    if len(bodies) == 1:
+        return suffixed(bodies[0], " = 0", 3)
+    left, right = bodies
+    equal = Piece(right[0].text, right[0].width + 3, " = ", "= ", 0)
+    return [*left, equal, *right[1:]]

@@ -1,0 +1,200 @@
+"""Typst: a complete document, or the equations of motion alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import zip_longest
+from typing import TYPE_CHECKING
+
+from lagrange_cli.notation.layout import width
+from lagrange_cli.notation.printers.typst import (
+    TypstPrinter,
+    typst_name,
+    typst_number,
+    typst_prose,
+    typst_scripted,
+    typst_string,
+    typst_text,
+    typst_unit,
+)
+from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.report.contents.derivation.contents import Content, asked_content
+from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.phrases.families import typst_ranges
+from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.writers.document_letters import DocumentLetters
+from lagrange_cli.report.writers.typst.typesetter import Typesetter
+
+if TYPE_CHECKING:
+    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.families.forms import Range
+    from lagrange_cli.report.tree import Section
+
+_PRINTER = TypstPrinter()
+
+
+class TypstLetters(DocumentLetters):
+    """Letters of mathematics in Typst."""
+
+    dot_product = " dot.op "
+    virtual_work = "delta W"
+    comma = ", quad "
+    at_least_sign = ">="
+    at_most_sign = "<="
+    imaginary = "upright(i)"
+
+    def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
+        return typst_name(name, order, latex or self.override(name))
+
+    def vector(self, letter: str, order: int = 0) -> str:
+        bold = f"upright(bold({letter}))"
+        dots = ["", "dot", "dot.double"][order]
+        return f"{dots}({bold})_i" if order else f"{bold}_i"
+
+    def bold(self, letter: str, order: int = 0) -> str:
+        dots = ["", "dot", "dot.double"][order]
+        known = f"upright(bold({letter}))"
+        return f"{dots}({known})" if order else known
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        cells = "; ".join(", ".join(row) for row in rows)
+        return f"mat({cells})"
+
+    def room(self, node: DisplayNode) -> float:
+        return width(_PRINTER.pieces(node))
+
+    def partial(self, symbol: str, by: str) -> str:
+        return f"frac(partial {symbol}, partial {by})"
+
+    def bracket(self, first: str, second: str) -> str:
+        return f"{{{first}, {second}}}"
+
+    def rate(self, symbol: str) -> str:
+        return f"{_PRINTER.ddt} {symbol}"
+
+    def differential(self, symbol: str) -> str:
+        return f"frac(upright(d) {symbol}, upright(d) t)"
+
+    def virtual(self, symbol: str) -> str:
+        return f"delta {symbol}"
+
+    def square(self, symbol: str) -> str:
+        return f"{symbol}^2"
+
+    def routhian(self) -> str:
+        return "cal(R)"
+
+    def size(self, symbol: str) -> str:
+        return f"abs({symbol})"
+
+    def below(self, letter: str, index: str) -> str:
+        return typst_scripted(letter, "_", index)
+
+    def total(self, index: str, body: str) -> str:
+        return f"sum_{index} {body}"
+
+    def times(self, first: str, second: str) -> str:
+        return f"{first} thin {second}"
+
+    def at_least(self, symbol: str) -> str:
+        return f"{symbol} >= 0"
+
+    def named(self, name: str) -> str:
+        return typst_string(name)
+
+    def typed(self, text: str) -> str:
+        return f"#raw({typst_string(text)})"
+
+    def upright(self, phrase: str) -> str:
+        return typst_string(phrase)
+
+    def ranges(self, ranges: Sequence[Range]) -> str:
+        return typst_ranges(ranges)
+
+    def formula(self, node: DisplayNode) -> str:
+        return _PRINTER.inline(node)
+
+    def number(self, value: float) -> str:
+        return typst_number(f"{value:.0e}") if value else "0"
+
+    def inline(self, formula: str) -> str:
+        return f"${formula}$"
+
+    def words(self, text: str) -> str:
+        return typst_text(text)
+
+    def prose(self, text: str) -> str:
+        return typst_prose(text)
+
+    def unit(self, text: str) -> str:
+        return self.inline(typst_unit(text)) if text.strip() else ""
+
+    def value(self, number: float, literal: str | None = None) -> str:
+        text = (literal if literal is not None else repr(number)).removesuffix(".0")
+        sign = "-" if text.startswith("-") else ""
+        return sign + typst_number(text.removeprefix("-"))
+
+
+_PREAMBLE = """#set page(paper: "a4", margin: 25mm, numbering: "1")
+#set text(font: "New Computer Modern", size: 11pt)
+#set par(justify: true)
+#set math.equation(number-align: end + bottom)
+#show math.equation.where(block: true): set align(start)
+#let numbered(body) = { set math.equation(numbering: "(1)"); body }
+#let long(body) = { show math.equation: set block(breakable: true); body }
+"""
+
+
+def emit_typst(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
+) -> dict[str, str]:
+    """Return ``NAME.typ`` of a content, by default that of the derivation.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields; its steps are written if it has any.
+    options
+        Those of the registry.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    content = content or asked_content(equations, options)
+    setter, say = Typesetter(stem=equations.presentation.name), language(str(options["language"]))
+    written_out = bool(options["written_out"])
+    writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
+    sections = content.sections(writer, setter.columns)
+    blocks = [_opening(equations, say.code, content.about), *_body(sections, setter)]
+    return {
+        f"{equations.presentation.name}.typ": "\n\n".join("\n".join(block) for block in blocks)
+        + "\n"
+    }
+
+
+def _body(sections: Sequence[Section], setter: Typesetter) -> Iterator[list[str]]:
+    """Typeset sections; the certificate stays on a page with the end of what stands before it."""
+    for section, follower in zip_longest(sections, sections[1:]):
+        if follower is None or follower.name != "certificate" or not section.blocks:
+            yield setter.section(section)
+        else:
+            *before, last = section.blocks
+            begun = setter.section(replace(section, blocks=tuple(before)))
+            ended = setter.blocks(replace(section, blocks=(last,)))
+            yield [*begun, "#block(sticky: true)[", *ended, "]"]
+
+
+def _opening(equations: Equations, language: str, about: str) -> list[str]:
+    title = typst_prose(equations.presentation.title or equations.presentation.name)
+    lines = [
+        f"// {equations.presentation.name}: {about}, written by lagrange",
+        f'{_PREAMBLE}#set text(lang: "{language}")\n',
+        f"#align(center, text(size: 17pt)[{title}])",
+    ]
+    if equations.presentation.description:
+        lines += ["", typst_prose(equations.presentation.description)]
+    return lines
