@@ -1,12 +1,15 @@
 """The allowlist of LaTeX in a scene: math symbols with scripts, and nothing that acts.
 
-It is for ``latex:`` keys, and for formulas between dollars in titles and descriptions.
+It is for ``latex:`` keys, and for formulas between dollars in titles and descriptions. Formats
+that are not LaTeX write the parts that :func:`latex_parts` reads.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
 
 #: Most characters of a ``latex`` key.
 _LONGEST = 100
@@ -144,3 +147,63 @@ class _Structure:
 
 def _is_accent(part: str) -> bool:
     return part.startswith("\\") and part[1:] in ACCENTS
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """A character, or a macro that stands alone with its backslash, spaces among them."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Accent:
+    """A macro of one argument: an accent or an alphabet."""
+
+    macro: str
+    body: tuple[LatexPart, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """An index (``_``), exponent (``^``) or prime (``'``, without a script) on a part."""
+
+    base: LatexPart | None
+    sign: str
+    script: tuple[LatexPart, ...]
+
+
+LatexPart: TypeAlias = Sign | Accent | Script
+
+#: Macros of spaces, which bear no scripts.
+SPACES = frozenset((r"\quad", r"\qquad", r"\,", r"\:", r"\;", r"\!", r"\ "))
+
+
+def latex_parts(text: str) -> tuple[LatexPart, ...]:
+    """Read an allowed formula; braces that only group, and blanks, leave no part."""
+    found = (match.group() for match in _PART.finditer(text))
+    return _group(part for part in found if part.strip(" "))
+
+
+def _group(parts: Iterator[str]) -> tuple[LatexPart, ...]:
+    """Read up to the end of a group."""
+    read: list[LatexPart] = []
+    for part in parts:
+        if part == "}":
+            break
+        if part in ("_", "^", "'"):
+            is_base = bool(read) and read[-1] not in map(Sign, SPACES)
+            base = read.pop() if is_base else None
+            read.append(Script(base, part, () if part == "'" else _symbol(next(parts), parts)))
+        else:
+            read += _symbol(part, parts)
+    return tuple(read)
+
+
+def _symbol(part: str, parts: Iterator[str]) -> tuple[LatexPart, ...]:
+    """Read a group, a macro with its argument, or a character."""
+    if part == "{":
+        return _group(parts)
+    if _is_accent(part):
+        return (Accent(part[1:], _symbol(next(parts), parts)),)
+    return (Sign(part),)

@@ -22,6 +22,14 @@ _GREEK_NAMES = """
 #: as words, because they would print as another name.
 GREEK = dict(zip(_GREEK_NAMES.split(), "αβγδεζηθικλμνξρστυφχψωΓΔΘΛΞΠΣΥΦΨΩϑϕϵ", strict=True))
 
+#: Signs of ``latex`` keys beside Greek letters, as characters.
+_SIGN_NAMES = """
+    ell hbar imath jmath wp Re Im aleph partial nabla infty prime dagger ddagger ast star
+    circ bullet parallel perp top bot cdot times pm mp odot oplus otimes pi varpi varrho varsigma
+    varkappa
+"""
+SIGNS = dict(zip(_SIGN_NAMES.split(), "ℓℏıȷ℘ℜℑℵ∂∇∞′†‡∗⋆∘∙∥⟂⊤⊥⋅×±∓⊙⊕⊗πϖϱςϰ", strict=True))
+
 _LATEX_SPECIAL = {
     "\\": r"\textbackslash{}",
     "{": r"\{",

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
-from lagrange_cli.latex_allowlist import with_formulas
+from lagrange_cli.latex_allowlist import (
+    Accent,
+    LatexPart,
+    Script,
+    Sign,
+    latex_parts,
+    with_formulas,
+)
 from lagrange_cli.notation.printers.typeset import TypesetPrinter
-from lagrange_cli.notation.symbols import GREEK, UNIT_PART, latex_name, printable, split_name
+from lagrange_cli.notation.symbols import GREEK, SIGNS, UNIT_PART, latex_name, printable, split_name
 from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
 
 #: Greek letters as Typst calls them where it has another name for what LaTeX prints.
@@ -23,13 +30,6 @@ _GREEK_LETTERS = {letter: _GREEK[name] for name, letter in GREEK.items()}
 
 _DOTS = {1: "dot", 2: "dot.double"}
 
-#: Signs of ``latex`` keys beside Greek letters, as the characters that they print.
-_SIGN_NAMES = """
-    ell hbar imath jmath wp Re Im aleph partial nabla infty prime dagger ddagger ast star
-    circ bullet parallel perp top bot cdot times pm mp odot oplus otimes pi varpi varrho varsigma
-    varkappa
-"""
-_SIGNS = dict(zip(_SIGN_NAMES.split(), "ℓℏıȷ℘ℜℑℵ∂∇∞′†‡∗⋆∘∙∥⟂⊤⊥⋅×±∓⊙⊕⊗πϖϱςϰ", strict=True))
 _SPACES = {
     "quad": "quad",
     "qquad": "wide",
@@ -68,8 +68,6 @@ EMPTY = '""'
 
 #: What needs no parentheses as an index or exponent.
 _SOLID = re.compile(r'\d+|[A-Za-z]+|"[^"\\]*"')
-
-_LATEX_PART = re.compile(r"\\([A-Za-z]+|.)|(\s+)|(.)")
 
 #: Punctuation of ASCII that stands for itself anywhere in a paragraph.
 _PLAIN = frozenset(" ,;:!?()%^&|{}>.")
@@ -179,47 +177,34 @@ def typst_unit(unit: str) -> str:
 
 def _of_latex(text: str) -> str:
     """Return the allowed LaTeX of a ``latex:`` key in Typst."""
-    shown = " ".join(_group(_LATEX_PART.finditer(text)))
+    shown = _parts(latex_parts(text))
     # What follows must not become a part of an index or exponent.
     return f"scripts({shown})" if set("^'_") & set(text) else shown
 
 
-def _group(parts: Iterator[re.Match[str]]) -> list[str]:
-    """Return symbols up to the end of a group, with the scripts and accents on them."""
-    shown: list[str] = []
-    for part in parts:
-        text = part.group()
-        if text == "}":
-            break
-        if text in ("_", "^", "'"):
-            base = shown.pop() if shown and shown[-1] not in _SPACES.values() else EMPTY
-            shown.append(
-                base + "'" if text == "'" else typst_scripted(base, text, _argument(parts))
-            )
-        elif not part[2]:
-            shown += _symbol(part, parts)
-    return shown
+def _parts(parts: Iterable[LatexPart]) -> str:
+    return " ".join(map(_part, parts))
 
 
-def _symbol(part: re.Match[str], parts: Iterator[re.Match[str]]) -> list[str]:
-    """Return a macro with its argument, a group, or a character."""
-    macro, _, character = part.groups()
-    if character == "{":
-        return _group(parts)
-    if macro is None:
-        return [rf"\{character}" if character in "(),/" else character]
-    if macro in _SPACES:
-        return [_SPACES[macro]]
-    if macro == "mathbf":
-        return [f"upright(bold({_argument(parts)}))"]
-    if macro in _MACROS:
-        return [f"{_MACROS[macro]}({_argument(parts)})"]
-    return [_GREEK.get(macro) or _SIGNS[macro]]
+def _part(part: LatexPart) -> str:
+    """Return a part of a formula with its scripts or accents."""
+    match part:
+        case Script(base, sign, script):
+            bearer = EMPTY if base is None else _part(base)
+            return bearer + sign if sign == "'" else typst_scripted(bearer, sign, _body(script))
+        case Accent("mathbf", body):
+            return f"upright(bold({_body(body)}))"
+        case Accent(macro, body):
+            return f"{_MACROS[macro]}({_body(body)})"
+        case Sign(text) if text.startswith("\\"):
+            name = text[1:]
+            return _SPACES[name] if name in _SPACES else _GREEK.get(name) or SIGNS[name]
+        case Sign(text):
+            return rf"\{text}" if text in "(),/" else text
 
 
-def _argument(parts: Iterator[re.Match[str]]) -> str:
-    """Return the argument of a macro or script: the next symbol or group."""
-    return " ".join(_symbol(next(p for p in parts if not p[2]), parts)) or EMPTY
+def _body(parts: Iterable[LatexPart]) -> str:
+    return _parts(parts) or EMPTY
 
 
 #: Function of the scene language → its name in Typst.
