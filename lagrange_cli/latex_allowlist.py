@@ -176,13 +176,13 @@ class Script:
 LatexPart: TypeAlias = Sign | Accent | Script
 
 #: Macros of spaces, which bear no scripts.
-SPACES = frozenset((r"\quad", r"\qquad", r"\,", r"\:", r"\;", r"\!", r"\ "))
+_SPACES = frozenset((r"\quad", r"\qquad", r"\,", r"\:", r"\;", r"\!", r"\ "))
 
 
 def latex_parts(text: str) -> tuple[LatexPart, ...]:
     """Read an allowed formula; braces that only group, and blanks, leave no part."""
-    found = (match.group() for match in _PART.finditer(text))
-    return _group(part for part in found if part.strip(" "))
+    parts = (match.group() for match in _PART.finditer(text))
+    return _group(part for part in parts if part.strip(" "))
 
 
 def _group(parts: Iterator[str]) -> tuple[LatexPart, ...]:
@@ -192,12 +192,15 @@ def _group(parts: Iterator[str]) -> tuple[LatexPart, ...]:
         if part == "}":
             break
         if part in ("_", "^", "'"):
-            is_base = bool(read) and read[-1] not in map(Sign, SPACES)
-            base = read.pop() if is_base else None
+            base = read.pop() if read and not _is_space(read[-1]) else None
             read.append(Script(base, part, () if part == "'" else _symbol(next(parts), parts)))
         else:
             read += _symbol(part, parts)
     return tuple(read)
+
+
+def _is_space(part: LatexPart) -> bool:
+    return isinstance(part, Sign) and part.text in _SPACES
 
 
 def _symbol(part: str, parts: Iterator[str]) -> tuple[LatexPart, ...]:

@@ -368,6 +368,14 @@ def _latex_subscript(part: str) -> str:
     return latex_name(part) if inner.is_letter and not part[0].isdigit() else _latex_word(part)
 
 
+def scientific(literal: str) -> tuple[str, int | None]:
+    """Split a decimal at its power of ten: ``("6.67", -11)``, ``("9.81", None)``, ``("", -31)``."""
+    mantissa, _, exponent = literal.lower().partition("e")
+    if not exponent:
+        return mantissa, None
+    return "" if mantissa in ("1", "1.0", "1.") else mantissa, int(exponent)
+
+
 #: A symbol, a number or a sign in the text of a unit.
 UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([-+\d/.]+)\)|\^(-?\d+)|([/()])")
 

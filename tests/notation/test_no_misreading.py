@@ -10,10 +10,12 @@ from lagrange_cli import api
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.notation.build import display, display_row
 from lagrange_cli.notation.layout import break_lines, joined
+from lagrange_cli.notation.printers.mathml import MathmlPrinter, mathml_table
 from lagrange_cli.notation.printers.typst import TypstPrinter, balanced
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from tests.notation.formula_readers import Reader, TypstReader
+from tests.notation.mathml_reader import MathmlReader
 from tests.systems.shipped import sliced
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
@@ -62,6 +64,12 @@ def _typst_text(tree):
     return ' \\ & "" '.join(balanced(line.text for line in lines))
 
 
+def _mathml_text(tree):
+    """A formula on narrow lines, each of which is well-formed."""
+    lines = break_lines(MathmlPrinter().pieces(tree), 30, 26, step=2)
+    return mathml_table([[line.text] for line in lines], ["left"])
+
+
 @pytest.mark.slow
 @sliced(SCENES, argument="path")
 def test_formulas_read_back(path):
@@ -74,6 +82,10 @@ def test_formulas_read_back(path):
     trees = list(_formulas(equations, words))
     texts = [(Reader(UnicodePrinter().inline(tree), values), e) for tree, e in trees]
     texts += [(TypstReader(_typst_text(tree), in_typst), e) for tree, e in trees]
+    in_mathml = _values(MathmlPrinter(), equations, words, point)
+    for printer in (MathmlPrinter(), MathmlPrinter(10)):
+        texts += [(MathmlReader(printer.inline(tree), in_mathml), e) for tree, e in trees]
+    texts += [(MathmlReader(_mathml_text(tree), in_mathml), e) for tree, e in trees]
     for printer, begin, reader, known in (
         (UnicodePrinter(), "d/dt ", Reader, values),
         (TypstPrinter(), f"{TypstPrinter.ddt} ", TypstReader, in_typst),

@@ -5,6 +5,7 @@ from typing import get_args
 import pytest
 
 from lagrange_cli.notation.printers.latex import LatexPrinter
+from lagrange_cli.notation.printers.mathml import MathmlPrinter
 from lagrange_cli.notation.printers.typst import TypstPrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
@@ -26,7 +27,7 @@ from lagrange_cli.notation.tree import (
     SignedNode,
 )
 
-PRINTERS = (LatexPrinter, ScenePrinter, TypstPrinter, UnicodePrinter)
+PRINTERS = (LatexPrinter, MathmlPrinter, ScenePrinter, TypstPrinter, UnicodePrinter)
 TRAITS = OrderTraits(Dependence.PARAMETER, 0, 0, "")
 
 
@@ -59,7 +60,7 @@ def test_there_is_a_sample_of_every_kind():
 @pytest.mark.parametrize("printer", PRINTERS, ids=lambda printer: printer.__name__)
 def test_every_printer_prints_it(printer, kind):
     node, expected = SAMPLES[kind]
-    text = printer().inline(node)
+    text = printer().inline(node).replace("−", "-")
     assert text
     left = iter(text)
     assert all(sign in left for sign in expected), text

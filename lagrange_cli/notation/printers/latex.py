@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from lagrange_cli.notation.layout import Piece, joined
 from lagrange_cli.notation.printers.one_line import group
 from lagrange_cli.notation.printers.typeset import TypesetPrinter
-from lagrange_cli.notation.symbols import latex_name
-from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
+from lagrange_cli.notation.symbols import latex_name, scientific
+from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
 
 #: Function of the scene language → its macro.
 LATEX_FUNCTIONS = {
@@ -34,6 +34,7 @@ class LatexPrinter(TypesetPrinter):
     thin = r" \, "
     # What stands between \left and \right would have to be on one line.
     tall = r"\Bigl( ", r" \Bigr)"
+    unequal = r"\ne"
     ratio_opening = r"\frac"
     root_opening = r"\sqrt"
     sum_opening = r"\sum"
@@ -63,11 +64,6 @@ class LatexPrinter(TypesetPrinter):
     def big_sum(self, under: str, over: str) -> str:
         return rf"\sum_{{{under}}}" + (f"^{{{over}}}" if over else "")
 
-    def condition(self, index: DisplayRange) -> str:
-        if index.after:
-            return f"{index.after} < {index.letter}"
-        return rf"{index.letter} \ne {index.besides}" if index.besides else ""
-
     def magnitude(self, body: str) -> str:
         return rf"\left| {body} \right|"
 
@@ -96,8 +92,8 @@ class LatexPrinter(TypesetPrinter):
 
 def latex_number(literal: str) -> str:
     """Return a decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
-    mantissa, _, exponent = literal.lower().partition("e")
-    if not exponent:
+    mantissa, exponent = scientific(literal)
+    if exponent is None:
         return mantissa
-    power = f"10^{{{int(exponent)}}}"
-    return power if mantissa in ("1", "1.0", "1.") else rf"{mantissa} \times {power}"
+    power = f"10^{{{exponent}}}"
+    return rf"{mantissa} \times {power}" if mantissa else power

@@ -41,12 +41,12 @@ def group(pieces: list[Piece], opening: str = "(", closing: str = ")") -> list[P
     return suffixed(prefixed(deeper(pieces), opening, 1), closing, 1)
 
 
-def argument_list(arguments: list[list[Piece]]) -> list[Piece]:
+def argument_list(arguments: list[list[Piece]], comma: str = ", ") -> list[Piece]:
     """Return arguments with commas between them, to be broken only after all else."""
     pieces = [
         piece
         for index, argument in enumerate(arguments)
-        for piece in (suffixed(argument, ", ", 2) if index + 1 < len(arguments) else argument)
+        for piece in (suffixed(argument, comma, 2) if index + 1 < len(arguments) else argument)
     ]
     return deeper(pieces, 3)
 
@@ -56,13 +56,14 @@ class OneLinePrinter(ABC):
 
     ``times`` and ``over`` stand between factors and at a division; ``lead``
     begins a line that continues a product. ``times_width`` and ``sign_width``
-    are the widths of signs between factors and terms; ``at_least`` is the sign of gaps,
-    ``pi`` the number π.
+    are the widths of signs between factors and terms; ``negation`` stands before a negative
+    first term; ``at_least`` is the sign of gaps, ``pi`` the number π.
     """
 
     times = "*"
     times_width = 1.0
     sign_width = 3.0
+    negation = "-"
     lead = "*"
     over = "/"
     pi = "pi"
@@ -129,6 +130,19 @@ class OneLinePrinter(ABC):
         """Return the time derivative of a quantity, not carried out."""
         return prefixed(self.group(self.pieces(node)), "d/dt ", 5)
 
+    def sign(self, negative: bool) -> tuple[str, str]:
+        """Return the sign of a further term: within a line, and at the beginning of one."""
+        sign = "-" if negative else "+"
+        return f" {sign} ", f"{sign} "
+
+    def superscript(self, base: str, exponent: str) -> str:
+        """Return a base, or its end, with its exponent."""
+        return base + exponent
+
+    def columns(self, text: str) -> float:
+        """Return the width of a printed text."""
+        return columns(text)
+
     # -- structure --------------------------------------------------------------
 
     def sum(self, node: DisplayNode) -> list[Piece]:
@@ -137,13 +151,13 @@ class OneLinePrinter(ABC):
         for term in node.terms:
             body = self.pieces(term.node)
             if not result:
-                result.extend(prefixed(body, "-", 1) if term.negative else body)
+                result.extend(prefixed(body, self.negation, 1) if term.negative else body)
                 continue
-            sign = "-" if term.negative else "+"
+            separator, lead = self.sign(term.negative)
             head = replace(
                 body[0],
-                separator=f" {sign} ",
-                lead=f"{sign} ",
+                separator=separator,
+                lead=lead,
                 width=body[0].width + self.sign_width,
                 depth=0,
             )
@@ -199,7 +213,9 @@ class OneLinePrinter(ABC):
             return self.root(node)
         if isinstance(node, DisplayNumber):
             return self.digits(node)
-        return solid(self.pi) if isinstance(node, DisplayPi) else self.atom(node)
+        if isinstance(node, DisplayPi):
+            return [Piece(self.pi, self.columns(self.pi))]
+        return self.atom(node)
 
     def digits(self, node: DisplayNumber) -> list[Piece]:
         return solid(self.number(node))
@@ -249,10 +265,12 @@ class OneLinePrinter(ABC):
             body = self.enclosed_call(base) if known else self.call(base, "", closed=True)
         else:
             body = self.group(self.pieces(base))
-        return suffixed(body, exponent, self.exponent_width(exponent))
+        *before, last = body
+        text = self.superscript(last.text, exponent)
+        return [*before, replace(last, text=text, width=last.width + self.exponent_width(exponent))]
 
     def exponent_width(self, exponent: str) -> float:
-        return columns(exponent)
+        return self.columns(exponent)
 
     def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         """Return a function that a power follows."""

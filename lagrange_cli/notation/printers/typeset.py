@@ -62,9 +62,15 @@ class TypesetPrinter(OneLinePrinter):
         Text between a factor and a number, and between a factor and a word.
     tall
         Parentheses around fractions that may stand on several lines.
-    ratio_opening, root_opening, sum_opening, bars_opening, word_openings, group_openings
-        Beginnings of fractions, of roots, of sums over indices, of absolute values, of names of
-        several letters, of parentheses.
+    brackets, comma, unequal
+        Parentheses around anything else, what stands between arguments and between indices that
+        are not equal.
+    applied, applied_to_letter
+        Text between a function and its parentheses, and before an argument without them.
+    number_openings, ratio_opening, root_opening, sum_opening, bars_opening, word_openings,
+    group_openings
+        Beginnings of numbers, of fractions, of roots, of sums over indices, of absolute values,
+        of names of several letters, of parentheses.
     """
 
     times = " "
@@ -76,6 +82,12 @@ class TypesetPrinter(OneLinePrinter):
     dot: str
     thin: str
     tall: tuple[str, str]
+    brackets = "(", ")"
+    comma = ", "
+    unequal: str
+    applied = ""
+    applied_to_letter = " "
+    number_openings: tuple[str, ...] = tuple("0123456789")
     ratio_opening: str
     root_opening: str
     sum_opening: str
@@ -101,6 +113,10 @@ class TypesetPrinter(OneLinePrinter):
     def decimal(self, literal: str) -> str:
         """Return a decimal as the scene wrote it."""
 
+    def integer(self, number: int) -> str:
+        """Return a whole number."""
+        return str(number)
+
     @abstractmethod
     def ratio(self, above: str, below: str) -> str:
         """Return a fraction."""
@@ -115,11 +131,7 @@ class TypesetPrinter(OneLinePrinter):
 
     @abstractmethod
     def big_sum(self, under: str, over: str) -> str:
-        """Return the sign of a sum with what stands under and over it, empty for nothing."""
-
-    @abstractmethod
-    def condition(self, index: DisplayRange) -> str:
-        """Return the condition under the sign of a sum whose ends need not be said."""
+        """Return the sign of a sum with relations under and an end over it, empty for nothing."""
 
     @abstractmethod
     def fenced(self, body: str) -> str:
@@ -147,23 +159,32 @@ class TypesetPrinter(OneLinePrinter):
         if node.literal is not None:
             return self.decimal(node.literal)
         if node.denominator == 1:
-            return str(node.numerator)
-        return self.ratio(str(node.numerator), str(node.denominator))
+            return self.integer(node.numerator)
+        return self.ratio(self.integer(node.numerator), self.integer(node.denominator))
 
     def digits(self, node: DisplayNumber) -> list[Piece]:
         text = self.number(node)
         over = max(len(str(node.numerator)), len(str(node.denominator))) + 0.6
-        return [Piece(text, over if text.startswith(self.ratio_opening) else len(text))]
+        is_ratio = text.startswith(self.ratio_opening)
+        return [Piece(text, over if is_ratio else self.columns(text))]
 
     def symbol(self, name: str, order: int = 0) -> str:
         return self.name(name, order)
 
     def atom(self, node: DisplaySymbol) -> list[Piece]:
-        text = node.name if node.spelled else self.name(node.name, node.order, node.latex)
-        return [Piece(text, _symbol_width(node))]
+        if node.spelled:
+            return [Piece(node.name, self.spelled_width(node.name))]
+        return [Piece(self.name(node.name, node.order, node.latex), _symbol_width(node))]
+
+    def spelled_width(self, text: str) -> float:
+        """Return the width of a symbol that is in the letters of the format."""
+        words = _UPRIGHT.fullmatch(text)
+        if words is not None:
+            return len(words[1])
+        return 1.2 * len(re.sub(r"\\?[A-Za-z.]{2,}|[{}_^\s]", "x", text))
 
     def separator(self, before: DisplayNode, after: str) -> str:
-        if after[0].isdigit() or after.startswith(self.ratio_opening):
+        if after.startswith((*self.number_openings, self.ratio_opening)):
             return self.dot
         if after.startswith(self.word_openings) or _is_word(before):
             return self.thin
@@ -182,7 +203,7 @@ class TypesetPrinter(OneLinePrinter):
 
     def plain(self, pieces: list[Piece]) -> list[Piece]:
         """Parentheses without fractions between them."""
-        return group(pieces)
+        return group(pieces, *self.brackets)
 
     def rate(self, node: DisplayNode) -> list[Piece]:
         inner = self.pieces(node)
@@ -194,19 +215,19 @@ class TypesetPrinter(OneLinePrinter):
         """Return a fraction; factors that move, and long ones, stand beside it."""
         assert isinstance(node, DisplayFraction)
         if isinstance(node.numerator, DisplaySeries):
-            inverse = self.ratio("1", joined(self.pieces(node.denominator)))
+            inverse = self.ratio(self.integer(1), joined(self.pieces(node.denominator)))
             return [Piece(inverse, 3), *self._beside(self.series(node.numerator))]
         below = self._stacked(self.pieces(node.denominator), self.widest)
         inside, outside = self._split(node.numerator)
         factors = self.pieces(inside[0]) if len(inside) == 1 else self.factors(inside)
         above = self._stacked(factors, self.widest)
-        quotient = self.ratio(above.text or "1", below.text)
+        quotient = self.ratio(above.text or self.integer(1), below.text)
         head = Piece(quotient, max(above.width, below.width) + 1)
         return [head, *(self._beside(self.factors(outside)) if outside else [])]
 
     def _beside(self, pieces: list[Piece]) -> list[Piece]:
         """Further factors after a fraction."""
-        head = replace(pieces[0], separator=" ", lead=self.lead, depth=FACTOR_DEPTH)
+        head = replace(pieces[0], separator=self.times, lead=self.lead, depth=FACTOR_DEPTH)
         return [head, *pieces[1:]]
 
     def _split(
@@ -234,11 +255,13 @@ class TypesetPrinter(OneLinePrinter):
         if is_rate(node):
             return [Piece(self.name(node.function, node.order or 0, node.latex), 1.5)]
         known = node.order is None
-        name = (self.functions[node.function] if known else self.function(node)) + power
+        name = self.functions[node.function] if known else self.function(node)
+        name = self.superscript(name, power) if power else name
         size = len(node.function) + 0.5 + (1 if power else 0)
         if node.function in NAMED_POWERS and not closed and _is_bare(node.arguments[0]):
-            return prefixed(arguments[0], name + " ", size)
-        return prefixed(self.group(argument_list(arguments)), name, size)
+            return prefixed(arguments[0], name + self.applied_to_letter, size)
+        body = self.group(argument_list(arguments, self.comma))
+        return prefixed(body, name + self.applied, size)
 
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return (
@@ -257,13 +280,19 @@ class TypesetPrinter(OneLinePrinter):
         for index in ranges:
             if index.letter in named:
                 continue
-            under, over = self.condition(index), ""
+            under, over = self._condition(index), ""
             if not (index.after or (index.besides and index.is_whole)):
                 low = f"{index.letter} = {index.first}"
                 under, over = f"{low}, {under}" if under else low, index.last
             text += self.big_sum(under, over) + " "
             size += max(3.0, 0.7 * len(under))
         return text, size
+
+    def _condition(self, index: DisplayRange) -> str:
+        """Return the condition under the sign of a sum whose ends need not be said."""
+        if index.after:
+            return f"{index.after} < {index.letter}"
+        return f"{index.letter} {self.unequal} {index.besides}" if index.besides else ""
 
     def root(self, node: DisplayRoot) -> list[Piece]:
         body = self._stacked(self.pieces(node.radicand), self.widest - _BESIDE_ROOT)
@@ -292,11 +321,6 @@ _UPRIGHT = re.compile(r"(?:\\text\{|\")(.*)[}\"]")
 
 
 def _symbol_width(node: DisplaySymbol) -> float:
-    if node.spelled:
-        words = _UPRIGHT.fullmatch(node.name)
-        if words is not None:
-            return len(words[1])
-        return 1.2 * len(re.sub(r"\\?[A-Za-z.]{2,}|[{}_^\s]", "x", node.name))
     if node.latex is not None:
         return 1.2 * len(re.sub(r"\\[A-Za-z]+|[{}_^\s]", "x", node.latex))
     parts = split_name(node.name)

@@ -14,8 +14,16 @@ from lagrange_cli.latex_allowlist import (
     with_formulas,
 )
 from lagrange_cli.notation.printers.typeset import TypesetPrinter
-from lagrange_cli.notation.symbols import GREEK, SIGNS, UNIT_PART, latex_name, printable, split_name
-from lagrange_cli.notation.tree import DisplayCall, DisplayNumber, DisplayRange
+from lagrange_cli.notation.symbols import (
+    GREEK,
+    SIGNS,
+    UNIT_PART,
+    latex_name,
+    printable,
+    scientific,
+    split_name,
+)
+from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
 
 #: Greek letters as Typst calls them where it has another name for what LaTeX prints.
 _VARIANTS = {
@@ -234,6 +242,7 @@ class TypstPrinter(TypesetPrinter):
     dot = " dot.op "
     thin = " thin "
     tall = r"lr(\(, size: #2em) ", r" lr(\), size: #2em)"
+    unequal = "!="
     ratio_opening = "frac("
     root_opening = "sqrt("
     sum_opening = "sum_("
@@ -262,11 +271,6 @@ class TypstPrinter(TypesetPrinter):
 
     def big_sum(self, under: str, over: str) -> str:
         return f"sum_({under})" + (f"^({over})" if over else "")
-
-    def condition(self, index: DisplayRange) -> str:
-        if index.after:
-            return f"{index.after} < {index.letter}"
-        return f"{index.letter} != {index.besides}" if index.besides else ""
 
     def magnitude(self, body: str) -> str:
         return f"abs({body})"
@@ -306,8 +310,8 @@ def _balanced(line: str) -> str:
 
 def typst_number(literal: str) -> str:
     """Return a decimal as the scene wrote it: ``9.81``, ``1e-31`` as a power of ten."""
-    mantissa, _, exponent = literal.lower().partition("e")
-    if not exponent:
+    mantissa, exponent = scientific(literal)
+    if exponent is None:
         return mantissa
-    power = f"10^({int(exponent)})"
-    return power if mantissa in ("1", "1.0", "1.") else f"{mantissa} times {power}"
+    power = f"10^({exponent})"
+    return f"{mantissa} times {power}" if mantissa else power
