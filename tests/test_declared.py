@@ -1,4 +1,4 @@
-"""pyproject.toml has a lower bound for all that it asks for, and .ci/run reads them there."""
+"""pyproject.toml has a lower bound for what it asks for, as .ci/run reads, and packs every file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = DECLARED["project"]
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +72,12 @@ def test_ci_reads_versions_from_there():
     assert ".ci/declared.py pythons" in script
     assert ".ci/declared.py lowest" in script
     assert "LEFT OUT" in script
+
+
+def test_packages_hold_every_file_that_is_no_module():
+    package = ROOT / "lagrange_cli"
+    patterns = DECLARED["tool"]["setuptools"]["package-data"]["lagrange_cli"]
+    packed = {path for pattern in patterns for path in package.glob(pattern)}
+    files = {p for p in package.rglob("*") if p.is_file() and p.parent.name != "__pycache__"}
+    assert {path for path in files if path.suffix != ".py"} == packed
+    assert {"de.yaml", "fr.yaml", "sign.c.in"} <= {path.name for path in packed}

@@ -72,6 +72,12 @@ def test_python_package_imports_nothing_heavy():
     assert modules_after("import lagrange_cli") & (HEAVY | {"click"}) == set()
 
 
+def test_english_phrases_are_read_from_no_catalogue():
+    program = "from lagrange_cli.report.phrases.language import language; language({!r})"
+    assert modules_after(program.format("en")) & HEAVY == set()
+    assert modules_after(program.format("de")) & HEAVY == {"yaml"}
+
+
 def test_python_package_offers_its_interface_when_it_is_used():
     program = "import lagrange_cli\nassert lagrange_cli.load and set(lagrange_cli.__all__) <= set("
     assert "lagrange_cli" in modules_after(program + "dir(lagrange_cli))")

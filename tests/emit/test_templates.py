@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -240,11 +239,3 @@ def test_templates_are_plain() -> None:
         assert text.isascii()
         assert re.fullmatch(rb"[^\n].*[^\n]\n", text, re.DOTALL)
         assert not re.search(rb"[\t\r]", text)
-
-
-def test_packages_hold_every_template() -> None:
-    package = Path(lagrange_cli.__file__).parent
-    project = tomllib.loads((package.parent / "pyproject.toml").read_text(encoding="utf-8"))
-    patterns = project["tool"]["setuptools"]["package-data"]["lagrange_cli"]
-    packed = {path for pattern in patterns for path in package.glob(pattern)}
-    assert {*FOLDER.rglob("*.in")} <= packed

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
+from functools import cache
+from pkgutil import get_data
 
 from lagrange_cli.errors import InternalError, Problem
 
-#: Language → modules and names of its tables.
-_TABLES = {
-    "de": (("german", "GERMAN"), ("german_of_analyses", "GERMAN_OF_ANALYSES")),
-    "fr": (("french", "FRENCH"), ("french_of_analyses", "FRENCH_OF_ANALYSES")),
-}
-
-#: Codes of the languages of the phrase catalogue.
-LANGUAGES = ("en", *_TABLES)
+#: Codes of the languages; each but English has a catalogue ``CODE.yaml`` beside this module.
+LANGUAGES = ("en", "de", "fr")
 
 
 @dataclass(frozen=True)
 class Language:
     """A language of the phrase catalogue.
+
+    All attributes but the code stand in the catalogue under their names.
 
     Attributes
     ----------
@@ -31,11 +28,17 @@ class Language:
         English phrase → the same in this language, with the same parts in braces. English has none.
     thousands
         Separator of the thousands of a number.
+    singular
+        Counts of which the singular is used.
+    spelling
+        Letter → letters of plain ASCII; those that are not listed lose their accents.
     """
 
     code: str
     phrases: Mapping[str, str] = field(default_factory=dict, repr=False)
     thousands: str = ","
+    singular: Sequence[int] = (1,)
+    spelling: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def __call__(self, english: str, **parts: object) -> str:
         """Say a phrase, its parts put in their places.
@@ -43,7 +46,7 @@ class Language:
         Raises
         ------
         InternalError
-            The table of the language does not have it.
+            The catalogue of the language does not have it.
         """
         phrase = english if self.code == "en" else self.phrases.get(english)
         if phrase is None:
@@ -52,7 +55,7 @@ class Language:
 
     def counted(self, count: int, one: str, many: str, **parts: object) -> str:
         """Say a phrase of one thing or of several, with ``{count}`` as one of its parts."""
-        return self(one if count == 1 else many, count=count, **parts)
+        return self(one if count in self.singular else many, count=count, **parts)
 
     def number(self, value: int) -> str:
         """Return a whole number, its thousands apart."""
@@ -64,35 +67,27 @@ class Language:
 
     def in_ascii(self) -> Language:
         """Return the same in plain ASCII: ``ae`` for the German ä, e for the French é."""
-        spelling = _UMLAUTS if self.code == "de" else dict[int, str]()
-        phrases = {k: _plain(v, spelling) for k, v in self.phrases.items()}
-        return replace(self, phrases=phrases, thousands=_plain(self.thousands, spelling))
+        letters = str.maketrans(dict(self.spelling))
+        phrases = {k: _plain(v.translate(letters)) for k, v in self.phrases.items()}
+        return replace(self, phrases=phrases, thousands=_plain(self.thousands))
 
 
-#: Language → separator of the thousands of a number.
-_THOUSANDS = {"de": ".", "fr": "\u00a0"}
-
-_UMLAUTS = str.maketrans(
-    {"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"}
-)
-
-
-def _plain(text: str, spelling: Mapping[int, str]) -> str:
-    spelled = unicodedata.normalize("NFKD", text.translate(spelling))
-    return spelled.encode("ascii", "ignore").decode("ascii")
-
-
-def language(code: str) -> Language:
-    """Return the language of that code, one of :data:`LANGUAGES`."""
-    if code == "en":
-        return ENGLISH
-    tables = (
-        getattr(import_module(f"lagrange_cli.report.phrases.{module}"), name)
-        for module, name in _TABLES[code]
-    )
-    phrases = {k: phrase for table in tables for k, phrase in table.items()}
-    return Language(code, phrases, _THOUSANDS[code])
+def _plain(text: str) -> str:
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii")
 
 
 #: The language of the program, whose phrases stand in the code.
 ENGLISH = Language("en")
+
+
+@cache
+def language(code: str) -> Language:
+    """Return the language of that code, one of :data:`LANGUAGES`."""
+    if code == "en":
+        return ENGLISH
+    import yaml  # English does without it.
+
+    catalogue = get_data("lagrange_cli.report.phrases", f"{code}.yaml")
+    assert catalogue is not None
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # Not every PyYAML has libyaml.
+    return Language(code, **yaml.load(catalogue, loader))

@@ -1,4 +1,4 @@
-"""Languages of documents: complete tables, and no word of another language left."""
+"""Languages of documents: complete catalogues, and no word of another language left."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from string import Formatter
 
 import pytest
+import yaml
 
 import lagrange_cli.analysis
 import lagrange_cli.report
@@ -25,6 +27,21 @@ from tests.parts import changed
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 OTHERS = [code for code in LANGUAGES if code != "en"]
+CATALOGUES = Path(lagrange_cli.report.__file__).parent / "phrases"
+
+
+def repeated(node: yaml.Node | None) -> list[str]:
+    """Keys that stand twice in a mapping of YAML, of which PyYAML keeps the last silently."""
+    if not isinstance(node, yaml.MappingNode):
+        return []
+    keys = [key.value for key, _ in node.value]
+    inner = [key for _, value in node.value for key in repeated(value)]
+    return [key for key in dict.fromkeys(keys) if keys.count(key) > 1] + inner
+
+
+def parts(phrase: str) -> list[str]:
+    """Names in braces, in alphabetical order; a brace that is not closed raises ValueError."""
+    return sorted(name for _, name, _, _ in Formatter().parse(phrase) if name is not None)
 
 
 def phrases(path: Path) -> Iterator[str]:
@@ -86,17 +103,57 @@ def test_phrases_are_found():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("code", OTHERS)
-def test_a_table_has_all_phrases_and_no_other(code):
+def test_a_catalogue_has_all_phrases_and_no_other(code):
     assert set(language(code).phrases) == spoken()
+
+
+def test_languages_are_those_of_the_catalogues():
+    assert {path.stem for path in CATALOGUES.glob("*.yaml")} == set(OTHERS)
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_catalogue_has_no_phrase_twice(code):
+    assert repeated(yaml.compose((CATALOGUES / f"{code}.yaml").read_text(encoding="utf-8"))) == []
+
+
+def test_a_repeated_phrase_is_found():
+    text = 'singular: [1]\nphrases:\n  "and": "und"\n  "or": "oder"\n  and: "sowie"\n'
+    assert repeated(yaml.compose(text)) == ["and"]
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_a_catalogue_holds_texts(code):
+    say = language(code)
+    texts = [say.thousands, *say.phrases, *say.phrases.values(), *say.spelling.values()]
+    assert {type(text) for text in texts} == {str}
+    assert all(text for text in texts)
+    assert {type(count) for count in say.singular} == {int}
+
+
+@pytest.mark.parametrize(
+    ("code", "phrases"),
+    [
+        ("en", ["0 coordinates", "1 coordinate", "2 coordinates"]),
+        ("de", ["0 Koordinaten", "1 Koordinate", "2 Koordinaten"]),
+        ("fr", ["0 coordonnées", "1 coordonnée", "2 coordonnées"]),
+    ],
+)
+def test_the_singular_is_that_of_the_language(code, phrases):
+    one, many = "{count} coordinate", "{count} coordinates"
+    assert [language(code).counted(count, one, many) for count in range(3)] == phrases
 
 
 @pytest.mark.parametrize("code", OTHERS)
 def test_a_phrase_has_the_same_parts_in_every_language(code):
     for english, other in language(code).phrases.items():
-        parts = [sorted(re.findall(r"\{\w+\}", text)) for text in (english, other)]
-        assert parts[0] == parts[1], english
+        assert parts(english) == parts(other), english
         if english.startswith((" ", ",", ";")):
             assert other.startswith((" ", "\u00a0", ",", ";")), english
+
+
+def test_a_brace_that_is_not_closed_is_found():
+    with pytest.raises(ValueError, match="expected '}'"):
+        parts("{count coordinates")
 
 
 def test_a_phrase_that_is_not_there_is_told():
