@@ -135,7 +135,7 @@ def test_a_catalogue_holds_texts(code):
     [
         ("en", ["0 coordinates", "1 coordinate", "2 coordinates"]),
         ("de", ["0 Koordinaten", "1 Koordinate", "2 Koordinaten"]),
-        ("fr", ["0 coordonnées", "1 coordonnée", "2 coordonnées"]),
+        ("fr", ["0 coordonnée", "1 coordonnée", "2 coordonnées"]),
     ],
 )
 def test_the_singular_is_that_of_the_language(code, phrases):
@@ -149,6 +149,10 @@ def test_a_phrase_has_the_same_parts_in_every_language(code):
         assert parts(english) == parts(other), english
         if english.startswith((" ", ",", ";")):
             assert other.startswith((" ", "\u00a0", ",", ";")), english
+
+
+def test_french_punctuation_is_not_parted_from_its_word():
+    assert not [text for text in language("fr").phrases.values() if re.search(r" [:;!?]", text)]
 
 
 def test_a_brace_that_is_not_closed_is_found():
