@@ -27,8 +27,9 @@ from lagrange_cli.mechanics.depiction import (
 from lagrange_cli.mechanics.dynamics.idle_potentials import idle_potential_warnings
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.dynamics.momenta import as_rates
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
-from lagrange_cli.mechanics.dynamics.textbook_form import as_rates, shown_equations
+from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
 from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (
     Derivation,
@@ -397,7 +398,7 @@ def _certified_textbook(
 ) -> TextbookForm:
     reduced = derivation.reduced
     momenta = {c.coordinate: c.expression for c in conserved if c.coordinate is not None}
-    shown = as_rates(_shown(derivation, evidence), momenta, [c.a for c in reduced.coordinates])
+    shown = as_rates(derivation, _shown(derivation, evidence), momenta)
     certify_shown(evidence, shown)
     certify_rates(evidence, reduced, shown)
     short = short_lagrangian(derivation)

@@ -7,7 +7,7 @@ emission, simulation) sees these values and never the scene.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -38,6 +38,27 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class RateForm:
+    """An equation as the rate of a momentum, ``d/dt (momentum) + Σ coefficient·factor = 0``.
+
+    Attributes
+    ----------
+    momentum
+        The momentum, in whose rate the accelerations stand.
+    remainder
+        Pairs of coefficient and factor in display order, none of a conserved momentum.
+    """
+
+    momentum: Expr
+    remainder: tuple[tuple[Expr, Expr], ...] = ()
+
+    @cached_property
+    def remainder_sum(self) -> Expr:
+        """The sum of the remainder, 0 of a conserved momentum."""
+        return _sum_of(self.remainder)
+
+
+@dataclass(frozen=True)
 class ShownEquation:
     """The textbook form of one equation of motion, ``Σ coefficient·factor = 0``.
 
@@ -50,21 +71,46 @@ class ShownEquation:
         in dot (a monomial in velocities), without either (1), and with a multiplier.
     divided_by
         Common factor that was divided out, 1 if none.
-    momentum
-        The conserved momentum whose rate prints in place of the terms, None if they print.
+    rate_form
+        The form with a rate that prints in place of the terms, None if they print; nothing is
+        divided out then.
     """
 
     coordinate: str
     terms: tuple[tuple[Expr, Expr], ...]
     divided_by: Expr
-    momentum: Expr | None = None
+    rate_form: RateForm | None = None
 
     @cached_property
     def residual(self) -> Expr:
         """The sum of the terms: zero along a motion."""
-        import sympy
+        return _sum_of(self.terms)
 
-        return sympy.Add(*(coefficient * factor for coefficient, factor in self.terms))
+    @property
+    def whole_parts(self) -> tuple[Expr, ...]:
+        """Expressions that together are the equation: residual, divisor, momentum, remainder."""
+        form = self.rate_form
+        rate = () if form is None else (form.momentum, form.remainder_sum)
+        return (self.residual, self.divided_by, *rate)
+
+    def map(self, coordinate: str, rule: Callable[[Expr], Expr]) -> ShownEquation:
+        """Return the equation of another coordinate, a rule applied to each expression."""
+        form = self.rate_form
+        if form is not None:
+            form = RateForm(rule(form.momentum), _mapped(form.remainder, rule))
+        return ShownEquation(coordinate, _mapped(self.terms, rule), rule(self.divided_by), form)
+
+
+def _sum_of(terms: Iterable[tuple[Expr, Expr]]) -> Expr:
+    import sympy
+
+    return sympy.Add(*(coefficient * factor for coefficient, factor in terms))
+
+
+def _mapped(
+    terms: Iterable[tuple[Expr, Expr]], rule: Callable[[Expr], Expr]
+) -> tuple[tuple[Expr, Expr], ...]:
+    return tuple((rule(coefficient), rule(factor)) for coefficient, factor in terms)
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from lagrange_cli.mechanics.algebra.energies import (
     over_roots,
     parts_by_degree,
 )
-from lagrange_cli.mechanics.algebra.factor import factored, grouped_sum
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.dynamics.momenta import momentum_of, terms_by_symbol
 from lagrange_cli.mechanics.equations import ShortLagrangian
 from lagrange_cli.mechanics.findings import Conserved, Facts
 from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
@@ -310,13 +310,13 @@ def conserved_quantities(
         for row, is_cyclic in enumerate(evidence.cyclic)
         if is_cyclic and not evidence.forced[row]
     ]
-    holding = _terms_by_symbol(derivation.lagrangian) if numbers else {}
+    holding = terms_by_symbol(derivation.lagrangian) if numbers else {}
     cyclic = [derivation.reduced.coordinates[row] for row in numbers]
     candidates = [
         Conserved(
             name=f"p_{c.name}",
             kind="momentum",
-            expression=_momentum(derivation, c.v, holding.get(c.v, [])),
+            expression=momentum_of(derivation, c.v, holding.get(c.v, [])),
             reason=f"{c.name} is cyclic",
             coordinate=c.name,
         )
@@ -353,38 +353,6 @@ def _reason(derivation: Uncertified) -> str:
     """Phrase why the energy is conserved, and that an impact takes part of it."""
     elastic = all(contact.restitution == 1 for contact in derivation.contacts)
     return "L does not depend on t" + ("" if elastic else " (between impacts)")
-
-
-def _terms_by_symbol(expr: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
-    """The terms of a sum that hold each of its symbols."""
-    holding: dict[sp.Symbol, list[sp.Expr]] = {}
-    for term in sp.Add.make_args(expr):
-        for symbol in symbols_in(term):
-            holding.setdefault(symbol, []).append(term)
-    return holding
-
-
-def _momentum(derivation: Uncertified, velocity: sp.Symbol, terms: Sequence[sp.Expr]) -> sp.Expr:
-    """∂L/∂q̇: M q̇ plus terms from parts of L that are not quadratic in velocities.
-
-    ``terms`` are those of L that hold the velocity.
-    """
-    velocities = [c.v for c in derivation.reduced.coordinates]
-    whole = _collect(sp.Add(*(derivative(t, velocity) for t in terms)), velocities)
-    return _with_integers(whole, frozenset(velocities))
-
-
-def _with_integers(whole: sp.Expr, velocities: frozenset[sp.Symbol]) -> sp.Expr:
-    """Write ``½ ρ² (2 m φ̇ + q B)`` as ``m ρ² φ̇ + ½ q B ρ²``; leave other products."""
-    number, product = whole.as_coeff_Mul(rational=True)
-    sums = [f for f in sp.Mul.make_args(product) if f.is_Add]
-    if number.q == 1 or len(sums) != 1:
-        return whole
-    multiples = [t for t in sums[0].args if (number * t.as_coeff_Mul(rational=True)[0]).q == 1]
-    is_mixed = len({symbols_in(t).isdisjoint(velocities) for t in sums[0].args}) == 2
-    if not multiples or not is_mixed:
-        return whole
-    return sp.Add(*(whole.xreplace({sums[0]: t}) for t in sums[0].args))
 
 
 def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
@@ -434,13 +402,3 @@ def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, 
             whole = by_parameters(over_roots(collected_terms(expanded)), constants, ())
         parts.append(whole)
     return tuple(e for e in parts if e != 0)
-
-
-def _collect(expr: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:
-    expanded = expand_terms(expr, _TERM_BUDGET)
-    if expanded is None:
-        return expr
-    terms = collected_terms(expanded)
-    if not all(t.free_symbols.isdisjoint(velocities) for t in terms):
-        return grouped_sum(terms, velocities)
-    return factored(terms)

@@ -92,42 +92,50 @@ def display_sum(expressions: Iterable[sympy.Expr], words: Vocabulary) -> Display
 
 
 def display_row(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
-    """Return the left side of an equation of motion: its terms in their order.
+    """Return the left side of an equation of motion as books print it.
+
+    That is the rate of a momentum and what stands beside it, or the terms of the equation.
+    """
+    form = shown.rate_form
+    if form is None:
+        return display_terms(shown, words)
+    rate = ordering.rate_of(display(form.momentum, words))
+    remainder = _row(form.remainder, shown.coordinate, words, leading=False)
+    return ordering.sum_of([SignedNode(False, rate), *as_terms(remainder)], ordered=True)
+
+
+def display_terms(shown: ShownEquation, words: Vocabulary) -> DisplayNode:
+    """Return the left side of an equation over accelerations: its terms in their order.
 
     Each coefficient and its factor print as one product. Terms without a
     factor (factor 1), which may be sums, are in the order of a sum; those with
     multipliers follow them. A positive acceleration leads where there is one.
     """
-    left_out = _left_out([e for term in shown.terms for e in term if e != 1], words)
+    return _row(shown.terms, shown.coordinate, words)
+
+
+def _row(
+    terms: Sequence[tuple[sympy.Expr, sympy.Expr]],
+    coordinate: str,
+    words: Vocabulary,
+    *,
+    leading: bool = True,
+) -> DisplayNode:
+    """Return the sum of products in the order of an equation; ``leading`` if none precedes it."""
+    left_out = _left_out([e for term in terms for e in term if e != 1], words)
     if left_out is not None:
         return left_out
-    alone = [k for k, (_, factor) in enumerate(shown.terms) if factor == 1]
-    last = alone[-1] if alone else len(shown.terms)
-    products = [(k, term) for k, term in enumerate(shown.terms) if term[1] != 1]
-    own_terms = [
-        k for k, (_, term) in enumerate(products) if str(term[1]) == f"ddot({shown.coordinate})"
-    ]
-    before = _led([_product(term, words) for k, term in products if k < last], own_terms)
-    still = [_term(shown.terms[k][0], words) for k in alone]
-    ungrouped = as_terms(ordering.sum_of(still, leading=not before))
+    alone = [k for k, (_, factor) in enumerate(terms) if factor == 1]
+    last = alone[-1] if alone else len(terms)
+    products = [(k, term) for k, term in enumerate(terms) if term[1] != 1]
+    own_terms = [k for k, (_, term) in enumerate(products) if str(term[1]) == f"ddot({coordinate})"]
+    before = ordering.rising_first(
+        [_product(term, words) for k, term in products if k < last], own_terms
+    )
+    still = [_term(terms[k][0], words) for k in alone]
+    ungrouped = as_terms(ordering.sum_of(still, leading=leading and not before))
     after = [_product(term, words) for k, term in products if k > last]
     return ordering.sum_of([*before, *ungrouped, *after], ordered=True)
-
-
-def _led(terms: list[SignedNode], own_terms: Sequence[int]) -> list[SignedNode]:
-    """Return the terms, of which a positive acceleration comes first, if it can be the ``own``.
-
-    Unchanged if the first is positive.
-    """
-    rising = [
-        k
-        for k, term in enumerate(terms)
-        if not term.negative and term.node.traits.level == Dependence.ACCELERATION
-    ]
-    if not rising or not terms[0].negative:
-        return terms
-    leader = next((k for k in own_terms if k in rising), rising[0])
-    return [terms[leader], *terms[:leader], *terms[leader + 1 :]]
 
 
 def _term(expression: sympy.Expr, words: Vocabulary) -> SignedNode:

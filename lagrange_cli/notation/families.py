@@ -58,9 +58,9 @@ class FamilyNotation:
 
     def words_of(self, row: FamilyRow) -> Vocabulary:
         """Return names of all symbols that a row shows."""
-        shown = row.shown
-        parts = [*(e for pair in shown.terms for e in pair), shown.residual, shown.divided_by]
-        parts += [] if shown.momentum is None else [shown.momentum]
+        shown, form = row.shown, row.shown.rate_form
+        pairs = [*shown.terms, *(() if form is None else form.remainder)]
+        parts = [*(e for pair in pairs for e in pair), *shown.whole_parts]
         return self._words(parts, row.series, row.ranges)
 
     def form(self, form: Form, ranges: tuple[Range, ...] = ()) -> DisplayNode:

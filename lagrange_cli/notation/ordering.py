@@ -11,6 +11,7 @@ powers of coordinates ascending, functions last, else by order of declaration:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from lagrange_cli.notation.term_order import TRIGONOMETRIC, key_beside, term_key, value_of
@@ -24,6 +25,7 @@ from lagrange_cli.notation.tree import (
     DisplayPower,
     DisplayProduct,
     DisplayRange,
+    DisplayRate,
     DisplayRoot,
     DisplaySeries,
     DisplaySum,
@@ -140,6 +142,12 @@ def series_of(body: DisplayNode, ranges: tuple[DisplayRange, ...]) -> DisplaySer
     return DisplaySeries(body, ranges, OrderTraits(inner.level, inner.degree, 0, text))
 
 
+def rate_of(quantity: DisplayNode) -> DisplayRate:
+    """Return the time derivative of a quantity, not carried out; it counts as an acceleration."""
+    traits = OrderTraits(Dependence.ACCELERATION, 0, 0, f"d({quantity.traits.text})")
+    return DisplayRate(quantity, traits)
+
+
 def is_one(node: DisplayNode) -> bool:
     return isinstance(node, DisplayNumber) and node.numerator == node.denominator
 
@@ -222,6 +230,22 @@ def sum_of(terms: list[SignedNode], *, ordered: bool = False, leading: bool = Tr
             f"({text})",
         ),
     )
+
+
+def rising_first(terms: list[SignedNode], own_terms: Sequence[int]) -> list[SignedNode]:
+    """Return terms with a positive acceleration first, of ``own_terms`` if one of these is.
+
+    They are unchanged if the first is positive; ``own_terms`` are places among them.
+    """
+    rising = [
+        k
+        for k, term in enumerate(terms)
+        if not term.negative and term.node.traits.level == Dependence.ACCELERATION
+    ]
+    if not rising or not terms[0].negative:
+        return terms
+    leader = next((k for k in own_terms if k in rising), rising[0])
+    return [terms[leader], *terms[:leader], *terms[leader + 1 :]]
 
 
 def signed(term: SignedNode) -> DisplayNode:

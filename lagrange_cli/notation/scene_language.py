@@ -19,6 +19,7 @@ from lagrange_cli.notation.tree import (
     DisplayNode,
     DisplayNumber,
     DisplayRange,
+    DisplayRate,
     DisplayRoot,
     DisplaySeries,
     DisplaySymbol,
@@ -67,6 +68,9 @@ class ScenePrinter(OneLinePrinter):
 
     def root(self, node: DisplayRoot) -> list[Piece]:
         return _applied("sqrt", [self.pieces(node.radicand)])
+
+    def rate(self, node: DisplayRate) -> list[Piece]:
+        return _applied(DOT_WORDS[1], [self.pieces(node.quantity)])
 
     def exponent(self, node: DisplayNode) -> str:
         simple = isinstance(node, DisplaySymbol) or (

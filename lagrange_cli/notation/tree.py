@@ -252,6 +252,14 @@ class DisplaySeries:
     traits: OrderTraits = field(compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class DisplayRate:
+    """The time derivative of a quantity that is not carried out: ``d/dt (p)``."""
+
+    quantity: DisplayNode
+    traits: OrderTraits = field(compare=False)
+
+
 DisplayNode: TypeAlias = (
     DisplayNumber
     | DisplayPi
@@ -263,6 +271,7 @@ DisplayNode: TypeAlias = (
     | DisplayRoot
     | DisplayCall
     | DisplaySeries
+    | DisplayRate
 )
 
 
@@ -297,6 +306,8 @@ def _children(node: DisplayNode) -> tuple[DisplayNode, ...]:
             return (node.radicand,)
         case DisplaySeries():
             return (node.body,)
+        case DisplayRate():
+            return (node.quantity,)
         case DisplayCall():
             return node.arguments
         case _:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
+from lagrange_cli.mechanics.algebra.factor import letter_below
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.ordering import spelled_symbol
@@ -224,20 +225,13 @@ def _named(equations: Equations, words: Vocabulary) -> dict[sympy.Expr, tuple[Na
         if exponent == 1:
             minus = SignedNode(True, symbol), Fraction(1)
             named.setdefault(sympy.Add(*(-a for a in base.args)), (minus,))
-        letter = _denominator(base)
+        letter = letter_below(base)
         if letter is not None:
             above = sympy.Add(*(a * letter for a in base.args))
             root, power = letter.as_base_exp()
             scale = SignedNode(False, words.atoms[root]), Fraction(int(power))
             named.setdefault(above, (scale, factor))
     return named
-
-
-def _denominator(expression: sympy.Add) -> sympy.Expr | None:
-    """Return the denominator of a sum, if that is a power of one parameter."""
-    parts = {f for a in expression.args for f in sympy.Mul.make_args(a) if f.is_Pow}
-    below = [1 / f for f in parts if f.exp.is_Integer and f.exp < 0 and f.base.is_Symbol]
-    return below[0] if len(below) == 1 else None
 
 
 def _strengths(system: System) -> set[sympy.Symbol]:

@@ -50,8 +50,6 @@ class Formula:
         What stands before it with a colon, in the letters of the format, or empty.
     multiplier
         λ of a contact, whose gap is the chain: ``0 ≤ λ ⊥ gap ≥ 0``; else empty.
-    is_rate
-        True if the rate of the chain vanishes: ``d/dt (first) = 0``.
     ranges
         The values of its indices in the letters of the format, or empty.
     components
@@ -63,7 +61,6 @@ class Formula:
     middle: str = ""
     name: str = ""
     multiplier: str = ""
-    is_rate: bool = False
     ranges: str = ""
     components: tuple[str, ...] = ()
 

@@ -22,6 +22,7 @@ from lagrange_cli.notation.tree import (
     DisplayPower,
     DisplayProduct,
     DisplayRange,
+    DisplayRate,
     DisplayRoot,
     DisplaySeries,
     DisplaySum,
@@ -148,7 +149,7 @@ def test_nodes(node, text):
 
 def test_the_rate_of_a_quantity():
     upright = '<mi mathvariant="normal">d</mi>'
-    (piece,) = MathmlPrinter().rate(A)
+    (piece,) = MathmlPrinter().pieces(DisplayRate(A, TRAITS))
     assert piece.text == (
         f"<mfrac>{upright}<mrow>{upright}<mi>t</mi></mrow></mfrac> "
         f"<mrow><mo>(</mo>{MI_A}<mo>)</mo></mrow>"

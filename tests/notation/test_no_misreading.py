@@ -8,8 +8,8 @@ import pytest
 
 from lagrange_cli import api
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
-from lagrange_cli.notation.build import display, display_row
-from lagrange_cli.notation.layout import break_lines, joined
+from lagrange_cli.notation.build import display, display_row, display_terms
+from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.mathml import MathmlPrinter, mathml_table
 from lagrange_cli.notation.printers.typst import TypstPrinter, balanced
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
@@ -31,7 +31,7 @@ def _formulas(equations, words):
     yield display(equations.system.kinetic, words), equations.system.kinetic
     yield display(equations.system.potential, words), equations.system.potential
     for shown in equations.derivation.shown:
-        yield display_row(shown, words), shown.residual
+        yield display_terms(shown, words), shown.residual
     for quantity in equations.derivation.conserved:
         yield display(quantity.expression, words), quantity.expression
 
@@ -48,14 +48,15 @@ def _values(printer, equations, words, point):
 
 
 def _rates(equations, words, printer, begin):
-    """Momenta that an equation says to take the rate of, as they are printed."""
-    for momentum in (
-        shown.momentum for shown in equations.derivation.shown if shown.momentum is not None
-    ):
-        text = joined(printer.rate(display(momentum, words)))
+    """Momenta that an equation says to take the rate of, and what stands beside, as printed."""
+    for shown in equations.derivation.shown:
+        form = shown.rate_form
+        if form is None:
+            continue
+        text = printer.inline(display_row(shown, words))
         assert text.startswith(begin)
-        assert text.endswith(")")
-        yield text.removeprefix(begin), momentum
+        # What stands beside a rate is read with the momentum in its place.
+        yield text.removeprefix(begin), form.momentum + form.remainder_sum
 
 
 def _typst_text(tree):
@@ -89,6 +90,7 @@ def test_formulas_read_back(path):
     for printer, begin, reader, known in (
         (UnicodePrinter(), "d/dt ", Reader, values),
         (TypstPrinter(), f"{TypstPrinter.ddt} ", TypstReader, in_typst),
+        (MathmlPrinter(), f"{MathmlPrinter.ddt} ", MathmlReader, in_mathml),
     ):
         texts += [(reader(t, known), e) for t, e in _rates(equations, words, printer, begin)]
     compared = 0

@@ -19,6 +19,7 @@ from lagrange_cli.notation.tree import (
     DisplayPower,
     DisplayProduct,
     DisplayRange,
+    DisplayRate,
     DisplayRoot,
     DisplaySeries,
     DisplaySum,
@@ -49,6 +50,7 @@ SAMPLES = {
     DisplayRoot: (DisplayRoot(A, TRAITS), "a"),
     DisplayCall: (DisplayCall("f", (A, B), TRAITS, 0), "fa,b"),
     DisplaySeries: (DisplaySeries(A, (DisplayRange("i", "1", "2"),), TRAITS), "a"),
+    DisplayRate: (DisplayRate(A, TRAITS), "da"),
 }
 
 

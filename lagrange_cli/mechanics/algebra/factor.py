@@ -121,6 +121,13 @@ def holds_powers(product: sp.Expr, powers: Mapping[sp.Expr, sp.Expr]) -> bool:
     )
 
 
+def letter_below(whole: sp.Add) -> sp.Expr | None:
+    """Find the denominator of a sum, if that is a power of one letter."""
+    powers = {f for term in whole.args for f in sp.Mul.make_args(term) if f.is_Pow}
+    below = [1 / f for f in powers if f.exp.is_Integer and f.exp < 0 and f.base.is_Symbol]
+    return below[0] if len(below) == 1 else None
+
+
 def factored(terms: list[sp.Expr]) -> sp.Expr:
     """Write the sum of terms as common monomial times a shorter form of the cofactor."""
     if len(terms) == 1:

@@ -46,25 +46,27 @@ def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
 
 
 def certify_rates(evidence: Evidence, reduced: Reduced, shown: Sequence[ShownEquation]) -> None:
-    """Check that the rates of momenta that print as equations are M q̈ − f − Σ λ·gradient.
+    """Check that rates of momenta, each with its remainder, are M q̈ − f − Σ λ·gradient.
 
-    They are differentiated along the motion by series, not symbolically.
+    Momenta are differentiated along the motion by series, not symbolically.
 
     Raises
     ------
     InternalError
         One is not, at the first state of the certificate.
     """
-    momenta = {k: s.momentum for k, s in enumerate(shown) if s.momentum is not None}
+    forms = {k: s.rate_form for k, s in enumerate(shown) if s.rate_form is not None}
     wrong: str | None = None
-    for digits, residuals in _attempts(evidence) if momenta else ():
+    for digits, residuals in _attempts(evidence) if forms else ():
         with mpmath.workdps(digits):
             along = along_motion(evidence.states[0], reduced)
-            outputs = Tape([*momenta.values()], list(along)).run([*along.values()], 1).outputs
+            parts = [e for form in forms.values() for e in (form.momentum, form.remainder_sum)]
+            outputs = iter(Tape(parts, list(along)).run([*along.values()], 1).outputs)
             wrong = None
-            for k, output in zip(momenta, outputs, strict=True):
+            for k in forms:
+                rate, remainder = next(outputs)[1], next(outputs)[0]
                 residual, scale = residuals[k]
-                if abs(output[1] - residual) > _tolerance(evidence) * scale:
+                if abs(rate + remainder - residual) > _tolerance(evidence) * scale:
                     wrong = wrong or shown[k].coordinate
         if wrong is None:
             return

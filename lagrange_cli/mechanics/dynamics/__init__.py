@@ -11,6 +11,7 @@ __all__ = [
     "idle_potentials",
     "jumps",
     "lagrange",
+    "momenta",
     "potential_forces",
     "singular_configurations",
     "solve_exactly",

@@ -10,8 +10,8 @@ out only where the scene's ``expect`` writes the equation so, since that hides a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 import sympy as sp
@@ -92,6 +92,21 @@ class RowSystem:
     named: Sequence[sp.Expr] = ()
     rate_sums: Sequence[RateSum] = ()
 
+    @classmethod
+    def of(cls, derivation: Uncertified) -> RowSystem:
+        """Return the equations of motion of a derivation."""
+        names = derivation.reduced.names
+        return cls(
+            derivation.reduced.coordinates,
+            frozenset(names.parameters.values()),
+            derivation.mass_matrix,
+            derivation.forcing,
+            derivation.pushing,
+            derivation.sums,
+            named=[derivation.reduced.convert(e) for _, e in names.abbreviations()],
+            rate_sums=derivation.rate_sums,
+        )
+
 
 def shown_equations(
     derivation: Uncertified,
@@ -110,54 +125,17 @@ def shown_equations(
     decimals
         Numbers that the scene wrote as decimals, which are no fractions.
     """
-    names = derivation.reduced.names
-    system = RowSystem(
-        derivation.reduced.coordinates,
-        frozenset(names.parameters.values()),
-        derivation.mass_matrix,
-        derivation.forcing,
-        derivation.pushing,
-        derivation.sums,
-        named=[derivation.reduced.convert(e) for _, e in names.abbreviations()],
-        rate_sums=derivation.rate_sums,
-    )
-    rows = _Rows(system, frozenset(decimals))
+    rows = Rows(RowSystem.of(derivation), frozenset(decimals))
     return tuple(_shown(rows, row, whole, asked) for row, whole in enumerate(conserving))
 
 
 def shown_rows(system: RowSystem, decimals: Collection[Fraction] = ()) -> tuple[ShownEquation, ...]:
     """Textbook form of the equations of a system that is not a derivation's."""
-    rows = _Rows(system, frozenset(decimals))
+    rows = Rows(system, frozenset(decimals))
     return tuple(_shown(rows, row, False, None) for row in range(len(system.coordinates)))
 
 
-def as_rates(
-    shown: Sequence[ShownEquation],
-    momenta: Mapping[str, sp.Expr],
-    accelerations: Collection[sp.Symbol],
-) -> tuple[ShownEquation, ...]:
-    """Print equations as d/dt p = 0 where that is shorter and no plain sum of accelerations.
-
-    Parameters
-    ----------
-    momenta
-        Conserved momenta as they are printed, by coordinate.
-    accelerations
-        Their symbols.
-    """
-
-    def form(whole: ShownEquation) -> ShownEquation:
-        momentum = momenta.get(whole.coordinate)
-        if momentum is None or all(factor in accelerations for _, factor in whole.terms):
-            return whole
-        length = sum(printed_length(c) + printed_length(f) for c, f in whole.terms)
-        is_longer = length + len(whole.terms) - 1 > printed_length(momentum)
-        return replace(whole, momentum=momentum) if is_longer else whole
-
-    return tuple(map(form, shown))
-
-
-def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:
+def _shown(rows: Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> ShownEquation:
     name = rows.system.coordinates[row].name
     groups = rows.groups(row)
     roots = sp.S.One if cyclic else _positive_powers(groups, frozenset(rows.order))
@@ -178,10 +156,10 @@ def _shown(rows: _Rows, row: int, cyclic: bool, asked: _IsExpected | None) -> Sh
     return ShownEquation(name, _divided(groups, divisor), divisor)
 
 
-class _Rows:
+class Rows:
     """Rows of a system, with symbols and orders that each row needs."""
 
-    def __init__(self, system: RowSystem, decimals: frozenset[Fraction]) -> None:
+    def __init__(self, system: RowSystem, decimals: frozenset[Fraction] = frozenset()) -> None:
         self.system = system
         self.decimals = decimals
         self.written = [sp.Add(*terms) for terms in system.sums]

@@ -259,7 +259,7 @@ class Families:
         covered = {k for row in rows for k in row.covers}
         for k, shown in enumerate(self.equations.derivation.shown):
             form = None
-            if k not in covered and shown.momentum is None:
+            if k not in covered and shown.rate_form is None:
                 form = self.quantity(shown.residual)
             if form is not None:
                 whole = replace(shown, terms=((form.expression, sp.S.One),))

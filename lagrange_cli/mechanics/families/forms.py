@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -125,18 +125,6 @@ class FamilyRow:
     def length(self) -> int:
         """Its length in print."""
         return self.form.length + _RANGE_LENGTH * sum(r.first != r.last for r in self.ranges)
-
-
-def map_equation(
-    shown: ShownEquation, name: str, rule: Callable[[sp.Expr], sp.Expr]
-) -> ShownEquation:
-    """Rename an equation, and apply a rule to each of its expressions."""
-    return ShownEquation(
-        name,
-        tuple((rule(c), rule(f)) for c, f in shown.terms),
-        rule(shown.divided_by),
-        None if shown.momentum is None else rule(shown.momentum),
-    )
 
 
 def rectangle(letters: tuple[sp.Symbol, ...], ends: list[tuple[int, int]]) -> tuple[Range, ...]:

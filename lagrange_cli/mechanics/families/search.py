@@ -24,7 +24,6 @@ from lagrange_cli.mechanics.families.fitting import Vector, formula
 from lagrange_cli.mechanics.families.forms import (
     FamilyRow,
     Form,
-    map_equation,
     places_in,
     rectangle,
 )
@@ -187,9 +186,9 @@ class Search:
         letters: tuple[sp.Symbol, ...],
         indices: tuple[sp.Symbol, ...],
     ) -> Iterator[FamilyRow]:
-        parts = [e for row in rows for e in _parts(row.shown)]
+        parts = [e for row in rows for e in row.shown.whole_parts]
         values = iter(self.instances.values(parts))
-        known = {row.places: [next(values) for _ in _parts(row.shown)] for row in rows}
+        known = {row.places: [next(values) for _ in row.shown.whole_parts] for row in rows}
         waiting = {row.places: row for row in rows}
         failures = 0
         while failures < _MOST_FAILURES and len(waiting) >= FEWEST_ROWS:
@@ -266,15 +265,13 @@ class Search:
     def _shifted(self, model: Row, indices: tuple[sp.Symbol, ...]) -> ShownEquation:
         """Write a row with indices relative to its own."""
         shown = model.shown
-        parts = [*(e for pair in shown.terms for e in pair), shown.divided_by]
-        parts += [] if shown.momentum is None else [shown.momentum]
         rules: dict[sp.Symbol, sp.Symbol] = {}
-        for symbol in set[sp.Symbol]().union(*(p.free_symbols for p in parts)):
+        for symbol in set[sp.Symbol]().union(*(p.free_symbols for p in shown.whole_parts)):
             element = self.elements.by_symbol.get(symbol)
             if element is not None and len(element.places) <= len(indices):
                 places = counted(element.numbers, model.places, indices)
                 rules[symbol] = self.elements.pattern(element._replace(places=places), symbol)
-        return map_equation(shown, shown.coordinate, lambda e: e.xreplace(rules))
+        return shown.map(shown.coordinate, lambda e: e.xreplace(rules))
 
     def _common(
         self, model: Row, waiting: Mapping[Vector, Row], letters: tuple[sp.Symbol, ...]
@@ -312,7 +309,7 @@ class Search:
         indices: tuple[sp.Symbol, ...],
     ) -> FamilyRow | None:
         """Return the candidate with its proven elements; None if these are too few."""
-        forms = [Form(part, candidate.series) for part in _parts(candidate.shown)]
+        forms = [Form(part, candidate.series) for part in candidate.shown.whole_parts]
 
         def is_held_at(places: Vector) -> bool:
             at = dict(zip(indices, places, strict=True))
@@ -332,12 +329,6 @@ class Search:
         # Each row has a name and a sign of equality, too.
         written = sum(printed_length(r.shown.residual) + 2 for r in rows)
         return row if row.length + 2 < written else None
-
-
-def _parts(shown: ShownEquation) -> list[sp.Expr]:
-    """Expressions of a row: its terms, its divisor, a momentum."""
-    momentum = [] if shown.momentum is None else [shown.momentum]
-    return [shown.residual, shown.divided_by, *momentum]
 
 
 def _add(
@@ -405,7 +396,7 @@ def fixed(row: FamilyRow, elements: Elements) -> FamilyRow:
         head, _, indices = name.partition("[")
         shown_indices = [str(value) if i == str(letter) else i for i in indices[:-1].split(",")]
         name = f"{head}[{','.join(shown_indices)}]"
-    shown = map_equation(row.shown, name, fixed)
+    shown = row.shown.map(name, fixed)
     series = {
         s: replace(
             one,

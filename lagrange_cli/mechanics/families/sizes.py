@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from lagrange_cli.mechanics.families.elements import Elements, Index, Place
-from lagrange_cli.mechanics.families.forms import FamilyRow, Range, Series, map_equation
+from lagrange_cli.mechanics.families.forms import FamilyRow, Range, Series
 
 if TYPE_CHECKING:
     from lagrange_cli.scene.model import FamilyIndex
@@ -51,7 +51,7 @@ class Sizes:
         name = row.name
         if "[" in name:
             name = f"{family}[{','.join(self._index(family, k, i) for k, i in enumerate(indices))}]"
-        shown = map_equation(row.shown, name, sized)
+        shown = row.shown.map(name, sized)
         return replace(row, name=name, shown=shown, ranges=ranges, series=series)
 
     def _index(self, family: str, position: int, index: str) -> str:

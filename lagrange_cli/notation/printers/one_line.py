@@ -24,6 +24,7 @@ from lagrange_cli.notation.tree import (
     DisplayPower,
     DisplayProduct,
     DisplayRange,
+    DisplayRate,
     DisplayRoot,
     DisplaySeries,
     DisplaySum,
@@ -126,9 +127,9 @@ class OneLinePrinter(ABC):
         """Return the pieces within parentheses."""
         return group(pieces)
 
-    def rate(self, node: DisplayNode) -> list[Piece]:
+    def rate(self, node: DisplayRate) -> list[Piece]:
         """Return the time derivative of a quantity, not carried out."""
-        return prefixed(self.group(self.pieces(node)), "d/dt ", 5)
+        return prefixed(self.group(self.pieces(node.quantity)), "d/dt ", 5)
 
     def sign(self, negative: bool) -> tuple[str, str]:
         """Return the sign of a further term: within a line, and at the beginning of one."""
@@ -211,6 +212,8 @@ class OneLinePrinter(ABC):
             return self.call(node, "", closed=closed)
         if isinstance(node, DisplayRoot):
             return self.root(node)
+        if isinstance(node, DisplayRate):
+            return self.rate(node)
         if isinstance(node, DisplayNumber):
             return self.digits(node)
         if isinstance(node, DisplayPi):

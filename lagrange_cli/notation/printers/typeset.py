@@ -24,6 +24,7 @@ from lagrange_cli.notation.tree import (
     DisplayPower,
     DisplayProduct,
     DisplayRange,
+    DisplayRate,
     DisplayRoot,
     DisplaySeries,
     DisplaySum,
@@ -205,8 +206,8 @@ class TypesetPrinter(OneLinePrinter):
         """Parentheses without fractions between them."""
         return group(pieces, *self.brackets)
 
-    def rate(self, node: DisplayNode) -> list[Piece]:
-        inner = self.pieces(node)
+    def rate(self, node: DisplayRate) -> list[Piece]:
+        inner = self.pieces(node.quantity)
         if width(inner) <= self.widest:
             return [Piece(f"{self.ddt} {self.fenced(joined(inner))}", width(inner) + 5)]
         return prefixed(group(inner, *self.tall), f"{self.ddt} ", 2)

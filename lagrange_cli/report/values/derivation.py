@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.notation.build import display, display_row
+from lagrange_cli.notation.build import display, display_row, display_terms
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.printers.latex import LatexPrinter
 from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter, matrix
@@ -180,7 +180,7 @@ def _contacts(equations: Equations, say: ExpressionPrinter) -> list[dict[str, An
 
 
 def _lagrange(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    rows = [display_row(shown, say.words) for shown in equations.derivation.shown]
+    rows = [display_terms(shown, say.words) for shown in equations.derivation.shown]
     return {"equations": _residuals(equations, rows, say)}
 
 

@@ -91,8 +91,6 @@ class RowSetter(ABC):
             gap = suffixed(bodies[0], f" {self.at_least} 0", 4)
             push = f"0 {self.at_most} {row.multiplier} {self.complementary} "
             return [FormulaRow(label, prefixed(gap, push, 12))]
-        if row.is_rate:
-            return [FormulaRow(label, suffixed(self.printer.rate(row.chain[0]), " = 0", 3))]
         if not row.label:
             return [FormulaRow(label, _equated(bodies))]
         middle = [[Piece(row.middle, self.room(row.middle))]] if row.middle else []

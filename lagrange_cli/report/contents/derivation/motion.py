@@ -12,7 +12,7 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.mechanics.families.forms import FamilyRow
-from lagrange_cli.notation.build import display, display_row, display_sum
+from lagrange_cli.notation.build import display_row, display_sum
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.steps.by_lagrange import lagrange_law
 from lagrange_cli.report.phrases.equations import (
@@ -60,27 +60,19 @@ def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
             rows.append(_family(writer, one))
             continue
         shown = equations.derivation.shown[one]
-        is_rate = shown.momentum is not None
-        left = display_row(shown, writer.words)
-        if shown.momentum is not None:
-            left = display(shown.momentum, writer.words)
+        left = writer.noted(display_row(shown, writer.words))
         name = writer.coordinate(equations.system.coordinates[one])
-        rows.append(Formula("", (writer.noted(left),), name=name, is_rate=is_rate))
+        rows.append(Formula("", (left,), name=name))
     return rows
 
 
 def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
     """Return the equations of a family as one."""
     assert writer.over_letters is not None
-    momentum = row.shown.momentum
-    left = writer.over_letters.row(row)
-    if momentum is not None:
-        left = writer.over_letters.part(row, momentum)
     return Formula(
         "",
-        (writer.noted(left),),
+        (writer.noted(writer.over_letters.row(row)),),
         name=writer.letters.symbol(row.name),
-        is_rate=momentum is not None,
         ranges=writer.letters.ranges(row.ranges) if row.ranges else "",
     )
 

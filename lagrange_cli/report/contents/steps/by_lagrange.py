@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.notation.build import display, display_row
+from lagrange_cli.notation.build import display, display_terms
 from lagrange_cli.report.contents.steps.writer import StepsWriter, Writer, sum_of
 from lagrange_cli.report.phrases.equations import divisor_and_factor, multipliers_line
 from lagrange_cli.report.tree import (
@@ -133,10 +133,10 @@ def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) 
     done = divisor if divisor is not None else factor
     if done is not None:
         whole = replace(shown, terms=steps.terms)
-        yield formulas([Formula("", (display_row(whole, writer.words),))])
+        yield formulas([Formula("", (display_terms(whole, writer.words),))])
         factor_text = writer.letters.inline(writer.letters.formula(display(done, writer.words)))
         if divisor is not None:
             yield Words(writer.say("and, divided by {factor},", factor=factor_text))
         else:
             yield Words(writer.say("and, multiplied by {factor},", factor=factor_text))
-    yield formulas([Formula("", (display_row(shown, writer.words),))], result=True)
+    yield formulas([Formula("", (display_terms(shown, writer.words),))], result=True)

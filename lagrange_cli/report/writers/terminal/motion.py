@@ -11,7 +11,7 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.mechanics.families.forms import FamilyRow
-from lagrange_cli.notation.build import display, display_row
+from lagrange_cli.notation.build import display_row, display_terms
 from lagrange_cli.notation.labels import quantity_labels
 from lagrange_cli.notation.layout import Piece, joined, suffixed
 from lagrange_cli.notation.page import Row, formula, words
@@ -56,15 +56,12 @@ def still(writer: TextWriter) -> Row:
 
 
 def left_side(writer: TextWriter, shown: ShownEquation, one: int | FamilyRow) -> list[Piece]:
-    """Return the terms of an equation, or d/dt of its momentum, which no scene can say."""
-    terms, momentum = writer.words, shown.momentum
+    """Return the left side of an equation, over accelerations where a scene is to read it."""
+    names = writer.words
     if isinstance(one, FamilyRow) and writer.over_letters is not None:
-        terms = writer.over_letters.words_of(one)
-    if momentum is None or isinstance(writer.printer, ScenePrinter):
-        return writer.tree(display_row(shown, terms))
-    rate = display(momentum, terms)
-    writer.note(rate)
-    return writer.printer.rate(rate)
+        names = writer.over_letters.words_of(one)
+    is_read_back = isinstance(writer.printer, ScenePrinter)
+    return writer.tree((display_terms if is_read_back else display_row)(shown, names))
 
 
 def divisor_pieces(writer: TextWriter, expression: Expr, one: int | FamilyRow) -> list[Piece]:
