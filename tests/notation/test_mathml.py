@@ -97,7 +97,8 @@ RANGE = DisplayRange("i", "1", "n-1")
         (power(letter("a_1"), number(2)), f"<msubsup>{MI_A}<mn>1</mn><mn>2</mn></msubsup>"),
         (
             power(A, number(3, 2)),
-            f"<msup>{MI_A}<mrow><mn>3</mn><mo>/</mo><mn>2</mn></mrow></msup>",
+            f"<msup>{MI_A}<mrow><mn>3</mn>"
+            '<mo lspace="0em" rspace="0em">/</mo><mn>2</mn></mrow></msup>',
         ),
         (
             power(SUM, number(2)),

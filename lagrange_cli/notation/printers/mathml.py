@@ -161,7 +161,7 @@ def _operator(sign: str, size: str = "") -> str:
 
 
 def _tight(sign: str) -> str:
-    """Return a sign of an index, without the spaces of a line."""
+    """Return a sign of an index or exponent, without the spaces of a line."""
     return f'<mo lspace="0em" rspace="0em">{escape(_TYPESET.get(sign, sign))}</mo>'
 
 
@@ -365,7 +365,7 @@ class MathmlPrinter(TypesetPrinter):
         return mathml_scripted(_identifier("e", upright=True), above=exponent)
 
     def slashed(self, node: DisplayNumber) -> str:
-        return f"{self.integer(node.numerator)}<mo>/</mo>{self.integer(node.denominator)}"
+        return f"{self.integer(node.numerator)}{_tight('/')}{self.integer(node.denominator)}"
 
     def raised(self, exponent: str) -> str:
         return exponent
