@@ -7,7 +7,8 @@ about order. The ``traits`` of each node are for ordering (:class:`OrderTraits`)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 from typing import TypeAlias
 
@@ -103,6 +104,9 @@ class DisplaySymbol:
         True if the scene defines it by an expression.
     spelled
         True if the name is in the letters of the format that the tree is for.
+    label
+        A general formula or words in place of the name, which a writer puts into its letters
+        before the tree is printed; None for most.
     """
 
     name: str
@@ -112,6 +116,7 @@ class DisplaySymbol:
     role: Role = field(default=Role.OTHER, compare=False)
     abbreviates: bool = False
     spelled: bool = False
+    label: object = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,6 +317,37 @@ def _children(node: DisplayNode) -> tuple[DisplayNode, ...]:
             return node.arguments
         case _:
             return ()
+
+
+def with_symbols(
+    node: DisplayNode, change: Callable[[DisplaySymbol], DisplaySymbol]
+) -> DisplayNode:
+    """Return a tree with each symbol changed."""
+
+    def changed(child: DisplayNode) -> DisplayNode:
+        return with_symbols(child, change)
+
+    match node:
+        case DisplaySymbol():
+            return change(node)
+        case DisplaySum(terms):
+            return replace(node, terms=tuple(replace(t, node=changed(t.node)) for t in terms))
+        case DisplayProduct(factors):
+            return replace(node, factors=tuple(map(changed, factors)))
+        case DisplayCall(_, arguments):
+            return replace(node, arguments=tuple(map(changed, arguments)))
+        case DisplayFraction(numerator, denominator):
+            return replace(node, numerator=changed(numerator), denominator=changed(denominator))
+        case DisplayPower(base, exponent):
+            return replace(node, base=changed(base), exponent=changed(exponent))
+        case DisplayRoot(radicand):
+            return replace(node, radicand=changed(radicand))
+        case DisplaySeries(body):
+            return replace(node, body=changed(body))
+        case DisplayRate(quantity):
+            return replace(node, quantity=changed(quantity))
+        case _:
+            return node
 
 
 def is_rate(node: DisplayCall) -> bool:

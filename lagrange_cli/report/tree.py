@@ -1,4 +1,8 @@
-"""Sections of a board or document: words, laws, labelled formulas, tables, lists."""
+"""The tree of a report, free of formats: sections of words, laws, labelled formulas, tables, lists.
+
+Words and general formulas within lines are those of :mod:`.inlines`. Contents make trees, writers
+print them. Where a text stands in place of words, it is in the letters of its format already.
+"""
 
 from __future__ import annotations
 
@@ -7,30 +11,31 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.report.inlines import Text
 
 
 @dataclass(frozen=True)
-class Words:
-    """A paragraph in the letters of its format."""
+class Paragraph:
+    """A paragraph."""
 
-    text: str
+    text: Text
 
 
 @dataclass(frozen=True)
 class Title:
     """The particle, coordinate or force that the next formulas are about."""
 
-    text: str
+    text: Text
 
 
 @dataclass(frozen=True)
 class Law:
-    """A general formula on a line of its own, in the letters of its format.
+    """A general formula on a line of its own.
 
     ``ends``: false if the sentence goes on after it.
     """
 
-    text: str
+    text: Text
     ends: bool = True
 
 
@@ -41,28 +46,28 @@ class Formula:
     Attributes
     ----------
     label
-        In the letters of the format; empty where the formula says that something vanishes.
+        A general formula; empty where the formula says that something vanishes.
     chain
         Equal expressions; none where the middle says it all.
     middle
-        A general formula in the letters of the format, or empty.
+        A general formula, or empty.
     name
-        What stands before it with a colon, in the letters of the format, or empty.
+        What stands before it with a colon, or empty.
     multiplier
         λ of a contact, whose gap is the chain: ``0 ≤ λ ⊥ gap ≥ 0``; else empty.
     ranges
-        The values of its indices in the letters of the format, or empty.
+        The values of its indices, or empty.
     components
-        Those of a vector that the label is, in the letters of the format, or none.
+        Those of a vector that the label is, or none.
     """
 
-    label: str
+    label: Text
     chain: tuple[DisplayNode, ...]
-    middle: str = ""
-    name: str = ""
-    multiplier: str = ""
-    ranges: str = ""
-    components: tuple[str, ...] = ()
+    middle: Text = ""
+    name: Text = ""
+    multiplier: Text = ""
+    ranges: Text = ""
+    components: tuple[Text, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ class Formulas:
 
 @dataclass(frozen=True)
 class Table:
-    """A table in the letters of the format.
+    """A table.
 
     Attributes
     ----------
@@ -93,9 +98,9 @@ class Table:
         The head of the column that may hold sentences.
     """
 
-    heads: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    prose: str = ""
+    heads: tuple[Text, ...]
+    rows: tuple[tuple[Text, ...], ...]
+    prose: Text = ""
 
     def without_empty_columns(self) -> Table:
         """Return the columns in which something stands."""
@@ -106,9 +111,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Bullets:
-    """A list, its items in the letters of the format."""
+    """A list."""
 
-    items: tuple[str, ...]
+    items: tuple[Text, ...]
 
 
 @dataclass(frozen=True)
@@ -116,7 +121,7 @@ class Picture:
     """The sketch of the system, which a format draws in its way."""
 
 
-Block: TypeAlias = Words | Title | Law | Formulas | Table | Bullets | Picture
+Block: TypeAlias = Paragraph | Title | Law | Formulas | Table | Bullets | Picture
 """A part of a section; steps have no tables, bullets and pictures."""
 
 
@@ -127,19 +132,19 @@ class Section:
     Attributes
     ----------
     heading
-        In the letters of the format.
+        What stands above it.
     blocks
         What stands below it.
     name
         The name of the part of a document that it is, by which labels are told apart.
     """
 
-    heading: str
+    heading: Text
     blocks: tuple[Block, ...]
     name: str = ""
 
 
-def section(heading: str, *blocks: Block | None) -> Section | None:
+def section(heading: Text, *blocks: Block | None) -> Section | None:
     """Return a section of the blocks that there are; None if none holds anything."""
     kept_terms = tuple(
         b for b in blocks if b is not None and not (isinstance(b, Formulas) and not b.rows)

@@ -9,7 +9,7 @@ from lagrange_cli.analysis.equilibria.rest_system import rest_system
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.report.contents.steps.writer import StepsWriter
-from lagrange_cli.report.writers.letters import AsciiLetters
+from lagrange_cli.report.writers.terminal.letters import AsciiLetters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

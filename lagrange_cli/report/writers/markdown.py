@@ -15,11 +15,11 @@ from lagrange_cli.report.tree import (
     Bullets,
     Formulas,
     Law,
+    Paragraph,
     Picture,
     Section,
     Table,
     Title,
-    Words,
 )
 from lagrange_cli.report.writers.latex.letters import LatexLetters
 from lagrange_cli.report.writers.latex.typesetter import Typesetter
@@ -73,32 +73,35 @@ def emit_markdown(
     paragraphs = [f"# {letters.prose(equations.presentation.title or equations.presentation.name)}"]
     if equations.presentation.description:
         paragraphs.append(letters.prose(equations.presentation.description))
-    for section in content.sections(writer, Typesetter().columns):
-        paragraphs += _section(section)
+    setter = Typesetter(writer.lettering)
+    for section in content.sections(writer, setter.columns):
+        paragraphs += _section(section, setter)
     return {f"{equations.presentation.name}.md": "\n\n".join(paragraphs) + "\n"}
 
 
-def _section(section: Section) -> Iterator[str]:
-    yield f"## {section.heading}"
+def _section(section: Section, setter: Typesetter) -> Iterator[str]:
+    yield f"## {setter.text(section.heading)}"
     for block in section.blocks:
-        yield from _block(block)
+        yield from _block(block, setter)
 
 
-def _block(block: Block) -> Iterator[str]:
+def _block(block: Block, setter: Typesetter) -> Iterator[str]:
     match block:
-        case Words(text) | Title(text):
-            yield text
+        case Paragraph(text) | Title(text):
+            yield setter.text(text)
         case Law(text):
-            yield _display([text])
+            yield _display([setter.text(text)])
         case Formulas():
-            setter = Typesetter()
             yield from map(_display, setter.aligned(setter.rows(block)))
         case Table(heads, rows):
             dashes = ["---"] * len(heads)
-            lines = (" | ".join(map(_cell, row)) for row in (heads, dashes, *rows))
+            lines = (
+                " | ".join(_cell(setter.text(cell)) for cell in row)
+                for row in (heads, dashes, *rows)
+            )
             yield "\n".join(f"| {line} |" for line in lines)
         case Bullets(items):
-            yield "\n".join(f"- {item}" for item in items)
+            yield "\n".join(f"- {item}" for item in map(setter.text, items))
         case Picture():
             pass
 

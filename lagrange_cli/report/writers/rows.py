@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
 from lagrange_cli.notation.printers.typeset import TypesetPrinter
+from lagrange_cli.report.inlines import Lettering, Text
 from lagrange_cli.report.tree import Formula, Formulas
 
 #: Columns of half an em that a number takes beside a display, and that labels have at the least.
@@ -41,10 +42,13 @@ class RowSetter(ABC):
 
     Attributes
     ----------
+    lettering
+        Letters and language.
     columns
         Width of a line, in columns of half an em.
     """
 
+    lettering: Lettering
     columns: float = 83
 
     colon = ""
@@ -52,6 +56,10 @@ class RowSetter(ABC):
     at_least = ">="
     at_most = "<="
     complementary = ""
+
+    def text(self, text: Text) -> str:
+        """Return words or a formula as a text."""
+        return self.lettering.text(text)
 
     def alone(self, label: str) -> str | None:
         """A label that has a line for itself and no width; None if the format has none such."""
@@ -72,10 +80,11 @@ class RowSetter(ABC):
 
     def _ranged(self, formula: Formula, rows: list[FormulaRow]) -> list[FormulaRow]:
         """Return the rows of a formula with the values of its indices behind the last one."""
-        if not formula.ranges:
+        spans = self.text(formula.ranges)
+        if not spans:
             return rows
         last = rows[-1]
-        ranges = Piece(formula.ranges, 1.4 * self.room(formula.ranges) + 4, self.wide, "", 0)
+        ranges = Piece(spans, 1.4 * self.room(spans) + 4, self.wide, "", 0)
         return [*rows[:-1], replace(last, pieces=[*suffixed(last.pieces, ",", 0.5), ranges])]
 
     def available(self, labels: Iterable[str]) -> float:
@@ -85,17 +94,18 @@ class RowSetter(ABC):
 
     def _rows(self, row: Formula) -> list[FormulaRow]:
         """A formula on a line, or each of its sides on one where they are too long together."""
-        bodies = [self.printer.pieces(node) for node in row.chain]
-        label = f"{row.name}{self.colon} {row.label}".rstrip() if row.name else row.label
+        bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
+        label, name, middle = map(self.text, (row.label, row.name, row.middle))
+        label = f"{name}{self.colon} {label}".rstrip() if name else label
         if row.multiplier:
             gap = suffixed(bodies[0], f" {self.at_least} 0", 4)
-            push = f"0 {self.at_most} {row.multiplier} {self.complementary} "
+            push = f"0 {self.at_most} {self.text(row.multiplier)} {self.complementary} "
             return [FormulaRow(label, prefixed(gap, push, 12))]
-        if not row.label:
+        if not self.text(row.label):
             return [FormulaRow(label, _equated(bodies))]
-        middle = [[Piece(row.middle, self.room(row.middle))]] if row.middle else []
-        middle += [self._vector(row.components)] if row.components else []
-        sides = [prefixed(side, "= ", 3) for side in (*middle, *bodies)] or [[Piece("", 0)]]
+        before = [[Piece(middle, self.room(middle))]] if middle else []
+        before += [self._vector(list(map(self.text, row.components)))] if row.components else []
+        sides = [prefixed(side, "= ", 3) for side in (*before, *bodies)] or [[Piece("", 0)]]
         whole = [piece for side in sides for piece in (replace(side[0], separator=" "), *side[1:])]
         if self.room(label) > WIDEST_LABEL * self.columns and (apart := self.alone(label)):
             sides = [[Piece("", 0)], *sides]

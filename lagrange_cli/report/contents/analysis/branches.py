@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Block, Row, words
 from lagrange_cli.report.contents.analysis.wording import verdict_word
-from lagrange_cli.report.tree import Bullets, Section, Table, Words, section
+from lagrange_cli.report.tree import Bullets, Paragraph, Section, Table, section
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.values import (
@@ -290,7 +290,7 @@ class BranchSections:
         """Return the parts of all branches with their stability."""
         say = self.writer.say
         text = found_line(self.result, say, str, self._symbol(self.result.parameter))
-        blocks: list[Words | Table | Bullets] = [Words(say("{text}.", text=text))]
+        blocks: list[Paragraph | Table | Bullets] = [Paragraph(say("{text}.", text=text))]
         heads = (say("branch"), *self._heads(), say("stability"), say("reason"))
         rows = [
             row
@@ -312,7 +312,7 @@ class BranchSections:
         rows = tuple(self._mark(k, mark) for k, mark in enumerate(marks[:MOST_LISTED]))
         table = Table((*heads, say("branches")), rows).without_empty_columns()
         hidden = len(marks) - len(rows)
-        more = Words(say("And {count} more, in JSON.", count=hidden)) if hidden else None
+        more = Paragraph(say("And {count} more, in JSON.", count=hidden)) if hidden else None
         return section(say("Marked points"), table, more)
 
     def _symbol(self, name: str) -> str:

@@ -34,10 +34,10 @@ from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Formula,
+    Paragraph,
     Section,
     Table,
     Title,
-    Words,
     formulas,
     section,
 )
@@ -141,10 +141,10 @@ class _Contents:
         points = result.points[:MOST_LISTED]
         hidden = len(result.points) - len(points)
         counted = count_line(result, say, self.teller.symbol)
-        blocks: list[Block | None] = [Words(say("{text}.", text=_capital(counted)))]
+        blocks: list[Block | None] = [Paragraph(say("{text}.", text=_capital(counted)))]
         blocks += self._points(points)
         if hidden:
-            blocks.append(Words(say("And {count} more, in JSON.", count=hidden)))
+            blocks.append(Paragraph(say("And {count} more, in JSON.", count=hidden)))
         blocks += self._absent(result)
         near = unproven_lines(result, say, self._near)
         blocks += [Bullets(tuple(near))] if near else []
@@ -153,7 +153,7 @@ class _Contents:
                 letters.inline(f"{letters.symbol(n)} = {self.places.number(x)}")
                 for n, x in result.held_inputs
             )
-            blocks.append(Words(say("Inputs are held at {values}.", values=inputs)))
+            blocks.append(Paragraph(say("Inputs are held at {values}.", values=inputs)))
         steady = self.analysis.steady
         if steady is None:
             return section(say("Equilibria"), *blocks)
@@ -163,7 +163,9 @@ class _Contents:
             )
             for symbol, x in steady.given_values
         )
-        return section(say("Steady motions"), Words(say("With {values}:", values=momenta)), *blocks)
+        return section(
+            say("Steady motions"), Paragraph(say("With {values}:", values=momenta)), *blocks
+        )
 
     def _points(self, points: Sequence[Equilibrium]) -> Iterator[Block]:
         rows = [self.places.point(p) for p in points]
@@ -180,7 +182,7 @@ class _Contents:
             yield formulas(place)
             where = self.places.conditions(point.conditions)
             if where:
-                yield Words(self.writer.say("where {conditions}", conditions=where))
+                yield Paragraph(self.writer.say("where {conditions}", conditions=where))
 
     def _sentence(self, point: Equilibrium, place: str) -> str:
         """``θ = 0: stable, since K is positive definite: the energy has a minimum``."""
@@ -212,7 +214,9 @@ class _Contents:
                     )
                 )
         if items:
-            yield Words(self.writer.say("For other values of the parameters there are as well:"))
+            yield Paragraph(
+                self.writer.say("For other values of the parameters there are as well:")
+            )
             yield Bullets(tuple(items))
 
     # -- what is conserved, and what is missing -----------------------------------------
@@ -228,7 +232,7 @@ class _Contents:
         doubt = self.writer.say(
             "{count} more that numbers suggest could not be proven", count=result.unproven
         )
-        text = Words(self.writer.say("{text}.", text=doubt))
+        text = Paragraph(self.writer.say("{text}.", text=doubt))
         return Section(lines.heading, (*lines.blocks, text), lines.name)
 
     def _symmetry(self, symmetry: Symmetry) -> Further:
@@ -252,14 +256,16 @@ class _Contents:
         ]
         items = [
             writer.say(
-                "{name}: {value}", name=letters.inline(label.label), value=lines.lost(loss, losses)
+                "{name}: {value}",
+                name=letters.inline(writer.lettering.text(label.label)),
+                value=lines.lost(loss, losses),
             )
             for label, loss in zip(rows, losses.contacts, strict=True)
         ]
         scope = _capital(lines.scope(losses))
         return section(
             writer.say("Loss of contact"),
-            Words(writer.say("{text}:" if rows else "{text}.", text=scope)),
+            Paragraph(writer.say("{text}:" if rows else "{text}.", text=scope)),
             formulas(rows, result=True) if rows else None,
             Bullets((*items, *lines.constants(losses))) if items else None,
         )
@@ -279,7 +285,7 @@ class _Contents:
         )
         return section(
             say("Lyapunov exponents"),
-            Words(say("{text}.", text=_capital(averaged_line(result, say, letters.inline)))),
+            Paragraph(say("{text}.", text=_capital(averaged_line(result, say, letters.inline)))),
             Table((say("exponent"), say("spread")), rows),
         )
 
@@ -300,7 +306,7 @@ class _Contents:
         ]
         lines = along_lines(result, say, letters.words)
         span = say("{text}.", text=_capital(span_line(result, say, letters.inline)))
-        return section(say("Along the motion"), Words(span), Bullets((*rows, *lines)))
+        return section(say("Along the motion"), Paragraph(span), Bullets((*rows, *lines)))
 
     def response(self) -> Section | None:
         """Return a table of largest gains."""
@@ -313,7 +319,7 @@ class _Contents:
             say("{text}.", text=_capital(letters.words(line)))
             for line in response_lines(result, say)
         )
-        return section(say("Frequency response"), Table(head, cells), Words(" ".join(lines)))
+        return section(say("Frequency response"), Table(head, cells), Paragraph(" ".join(lines)))
 
     def _state(self, name: str) -> str:
         letters = self.writer.letters

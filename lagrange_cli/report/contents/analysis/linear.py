@@ -15,7 +15,7 @@ from lagrange_cli.report.contents.analysis.matrices import Matrices
 from lagrange_cli.report.contents.analysis.places import Places
 from lagrange_cli.report.contents.analysis.wording import damping_line
 from lagrange_cli.report.document_options import MOST_LISTED
-from lagrange_cli.report.tree import Block, Formula, Law, Section, Words, formulas, section
+from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -66,10 +66,10 @@ class _LinearContents:
         place = self.places.point(linear.at)
         if self.places.is_short(place):
             where: tuple[Block, ...] = (
-                Words(f"{intro} {self.places.inline(place, ())} {say('obey')}"),
+                Paragraph(f"{intro} {self.places.inline(place, ())} {say('obey')}"),
             )
         else:
-            where = (Words(intro), formulas(place), Words(say("obey")))
+            where = (Paragraph(intro), formulas(place), Paragraph(say("obey")))
         exact, rows = linear.exact, Matrices(self.writer, self.places.columns)
         damping = damping_line(linear, letters.inline(bold("C")), say)
         return section(
@@ -106,9 +106,9 @@ class _LinearContents:
             matrices += rows.rows("D", space.d, None) if space.inputs else []
         return section(
             say("State space"),
-            Words(say("Of first order, with the differences from rest of")),
+            Paragraph(say("Of first order, with the differences from rest of")),
             formulas(listed),
-            Words(say("the same is")),
+            Paragraph(say("the same is")),
             Law(law),
             formulas(matrices, result=True),
             self.writer.paragraph(rows.remark()),
@@ -152,9 +152,9 @@ class _LinearContents:
         kind = say("Poles") if damped else say("Angular frequencies")
         return section(
             say("Modes"),
-            Words(say("{text}:", text=kind)),
+            Paragraph(say("{text}:", text=kind)),
             formulas(rows, result=True),
-            Words(
+            Paragraph(
                 say(
                     "Each column of {matrix} is the shape of a mode, its largest amplitude 1:",
                     matrix=letters.inline(letters.bold("Phi")),

@@ -53,7 +53,7 @@ class Places:
         """``θ = acos(g / (R ω²)) = 1.03``, a row for each coordinate."""
         writer, rows = self.writer, []
         for k, c in enumerate(self.coordinates):
-            label = writer.coordinate(c)
+            label = writer.lettered_coordinate(c)
             if c.name in free:
                 rows.append(Formula(label, (), middle=writer.letters.upright(writer.say("any"))))
                 continue
@@ -91,10 +91,12 @@ class Places:
         )
 
     def inline(self, place: Sequence[Formula], conditions: Sequence[Existence]) -> str:
-        letters = self.writer.letters
+        letters, shown_text = self.writer.letters, self.writer.lettering.text
         shown = ", ".join(
             letters.inline(
-                " = ".join([row.label, *([row.middle] if row.middle else ()), *self._printed(row)])
+                " = ".join(
+                    filter(None, [*map(shown_text, (row.label, row.middle)), *self._printed(row)])
+                )
             )
             for row in place
         )
@@ -113,7 +115,7 @@ class Places:
             sides = [letters.formula(writer.tree(e)) for e in (c.smaller, c.larger)]
             sign = letters.at_most_sign if c.relation == "<=" else c.relation
             listed.append(f"{sides[0]} {sign} {sides[1]}")
-        return writer.listed(listed)
+        return writer.lettered_list(listed)
 
     def number(self, value: float) -> str:
         return self.literal(f"{value:.6g}")

@@ -20,7 +20,7 @@ from lagrange_cli.report.phrases.equations import (
     sum_line,
     undecided,
 )
-from lagrange_cli.report.tree import Block, Formula, Section, Words, formulas, section
+from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
@@ -68,7 +68,7 @@ def conserved(
     if not equations.derivation.conserved and not further:
         none = f"{say('none')} {searched}" if searched else none_conserved_line(equations, say)
         text = none if none.endswith(".") else say("{text}.", text=none)
-        return section(heading, Words(text[:1].upper() + text[1:]), doubts)
+        return section(heading, Paragraph(text[:1].upper() + text[1:]), doubts)
     searched = searched or say("among cyclic momenta and energy")
     sentences, rows = [], []
     for one in writer.with_families("momenta", len(equations.derivation.conserved)):
@@ -98,7 +98,7 @@ def conserved(
     listed = say("{name}: {value}", name=searched, value="; ".join(sentences))
     return section(
         heading,
-        Words(say("{text}:", text=listed[:1].upper() + listed[1:])),
+        Paragraph(say("{text}:", text=listed[:1].upper() + listed[1:])),
         formulas(rows, result=True),
         *(
             angular_momentum_sentence(writer, quantity, _symbol(writer, quantity))
@@ -120,14 +120,14 @@ def _lost(writer: DocumentWriter) -> Iterator[Block]:
     loss, say, letters = energy_loss(writer.equations), writer.say, writer.letters
     if loss is None:
         return
-    whole, time = letters.inline(writer.labels["L"]), letters.inline("t")
+    whole, time = letters.inline(writer.lettered_labels["L"]), letters.inline("t")
     why = loss_line(loss, whole, time, say, letters.words)
-    yield Words(say("It is not conserved: {reason}.", reason=why))
+    yield Paragraph(say("It is not conserved: {reason}.", reason=why))
 
 
 def _sum(writer: DocumentWriter) -> Iterator[Block]:
     """Yield T + V as a formula over Jacobi's integral where the two differ."""
-    energy, say, labels = energy_sum(writer.equations), writer.say, writer.labels
+    energy, say, labels = energy_sum(writer.equations), writer.say, writer.lettered_labels
     if energy is None:
         return
     name, jacobi = f"{labels['T']} + {labels['V']}", labels["h"]
@@ -140,13 +140,18 @@ def _sum(writer: DocumentWriter) -> Iterator[Block]:
     if energy.rate is not None:
         whole = writer.letters.group(name)
         rows.append(writer.row(writer.letters.differential(whole), energy.rate))
-    yield Words(say("{text}:", text=sentence))
+    yield Paragraph(say("{text}:", text=sentence))
     yield formulas(rows, result=True)
 
 
 def _balance(writer: DocumentWriter) -> Iterator[Block]:
     """Return the rate of the energy where that is not conserved."""
-    equations, say, letters, labels = writer.equations, writer.say, writer.letters, writer.labels
+    equations, say, letters, labels = (
+        writer.equations,
+        writer.say,
+        writer.letters,
+        writer.lettered_labels,
+    )
     change = equations.derivation.balance
     if change is None:
         return
@@ -162,7 +167,7 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
     rate = letters.differential(label)
     if change.is_dissipation:
         rate += f" = -2 {labels['D']}"
-    yield Words(say("{text}:", text=sentence))
+    yield Paragraph(say("{text}:", text=sentence))
     yield formulas(
         [
             writer.total(whole, change.parts or (equations.system.energy,)),
@@ -174,13 +179,13 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
 
 def _named(writer: DocumentWriter, name: str) -> str:
     """Return the symbol of ``energy`` or of a momentum ``p_NAME``."""
-    return writer.labels["E"] if name == "energy" else writer.letters.symbol(name)
+    return writer.lettered_labels["E"] if name == "energy" else writer.letters.symbol(name)
 
 
 def _subject(writer: DocumentWriter, quantity: Conserved) -> str:
     """Return the coordinate that a momentum is conserved for, or L."""
-    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
-    return named.get(quantity.coordinate or "", writer.labels["L"])
+    named = {c.name: writer.lettered_coordinate(c) for c in writer.equations.system.coordinates}
+    return named.get(quantity.coordinate or "", writer.lettered_labels["L"])
 
 
 def _reason(writer: DocumentWriter, quantity: Conserved, subject: str) -> str:
@@ -191,15 +196,15 @@ def _reason(writer: DocumentWriter, quantity: Conserved, subject: str) -> str:
 
 def _symbol(writer: DocumentWriter, quantity: Conserved) -> str:
     if quantity.kind != "momentum":
-        return writer.labels[energy_letter(quantity)]
+        return writer.lettered_labels[energy_letter(quantity)]
     for coordinate in writer.equations.system.coordinates:
         if coordinate.name == quantity.coordinate:
-            return writer.letters.below("p", writer.coordinate(coordinate))
+            return writer.letters.below("p", writer.lettered_coordinate(coordinate))
     return writer.letters.symbol(quantity.name)
 
 
 def _row(writer: DocumentWriter, quantity: Conserved) -> Formula:
     label = _symbol(writer, quantity)
     if energy_is_sum(writer.equations, quantity):
-        label += f" = {writer.labels['T']} + {writer.labels['V']}"
+        label += f" = {writer.lettered_labels['T']} + {writer.lettered_labels['V']}"
     return writer.total(label, quantity.parts or (quantity.expression,))

@@ -24,9 +24,9 @@ from lagrange_cli.report.phrases.forces import force_notes, force_rows, forces_l
 from lagrange_cli.report.tree import (
     Block,
     Formula,
+    Paragraph,
     Picture,
     Section,
-    Words,
     formulas,
     section,
 )
@@ -45,22 +45,24 @@ def start(writer: DocumentWriter) -> Section | None:
     heading = say("Initial values")
     initial, written = equations.system.initial, dict(equations.derivation.start)
     if initial is None and not written:
-        return section(heading, Words(say("The scene gives none.")))
+        return section(heading, Paragraph(say("The scene gives none.")))
     unknown = (math.nan,) * len(equations.system.coordinates)
     positions = unknown if initial is None else initial.positions
     velocities = unknown if initial is None else initial.velocities
     time = letters.inline(f"t = {letters.value(equations.system.simulate.start)}")
     return section(
         heading,
-        Words(say("At {time}", time=time)),
+        Paragraph(say("At {time}", time=time)),
         formulas(_start_rows(writer, 0, positions)),
-        formulas(_start_rows(writer, 1, velocities)) if any(velocities) else Words(say("at rest.")),
+        formulas(_start_rows(writer, 1, velocities))
+        if any(velocities)
+        else Paragraph(say("at rest.")),
     )
 
 
 def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
     for c, value in zip(writer.equations.system.coordinates, values, strict=True):
-        label = writer.coordinate(c, order)
+        label = writer.lettered_coordinate(c, order)
         exact = dict(writer.equations.derivation.start).get(c.v if order else c.q)
         if exact is None and order == 0:
             exact = multiple_of_pi(value)
@@ -81,9 +83,9 @@ def constraint_forces(writer: DocumentWriter) -> Section | None:
     notes = [writer.letters.words(note) for note in force_notes(forces, say)]
     return section(
         say("Constraint forces"),
-        Words(say("There are none.") if is_empty else meaning),
+        Paragraph(say("There are none.") if is_empty else meaning),
         *([formulas(rows, result=True)] if rows else ()),
-        *(Words(say("{text}.", text=f"{note[0].upper()}{note[1:]}")) for note in notes),
+        *(Paragraph(say("{text}.", text=f"{note[0].upper()}{note[1:]}")) for note in notes),
     )
 
 
@@ -115,17 +117,17 @@ def certificate(writer: DocumentWriter) -> Section | None:
         " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
         " mismatch was {mismatch}.",
         digits=seal.digits,
-        lagrangian=letters.inline(writer.labels["L"]),
+        lagrangian=letters.inline(writer.lettered_labels["L"]),
         mismatch=letters.inline(letters.number(seal.mismatch)),
     )
-    return section(say("Certificate"), Words(sentence), _steps(writer))
+    return section(say("Certificate"), Paragraph(sentence), _steps(writer))
 
 
-def _steps(writer: DocumentWriter) -> Words | None:
+def _steps(writer: DocumentWriter) -> Paragraph | None:
     steps = writer.equations.derivation.steps
     if steps is None:
         return None
-    return Words(
+    return Paragraph(
         writer.say(
             "Every line of the steps was compared at {count} of these states with automatic"
             " differentiation: the largest mismatch was {mismatch}.",
@@ -183,7 +185,7 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
     first, last = list(_chosen(above, parts)), list(_chosen(below, parts))
     # What is abbreviated and what is left out is known when all else is written.
     rows = writer.abbreviations()
-    below_all: list[Block] = [Words(writer.say("Here")), formulas(rows)] if rows else []
+    below_all: list[Block] = [Paragraph(writer.say("Here")), formulas(rows)] if rows else []
     note = writer.left_out()
     below_all += [] if note is None else [note]
     whole = first or last

@@ -7,12 +7,12 @@ from dataclasses import replace
 from lagrange_cli.notation.labels import has_kinetic_energy
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.phrases.equations import is_generalized_potential, without_line
-from lagrange_cli.report.tree import Formula, Section, Words, formulas, section
+from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas, section
 
 
 def energies(writer: DocumentWriter) -> Section | None:
     """T, V, L, and the dissipation function where there is one."""
-    equations, labels, say = writer.equations, writer.labels, writer.say
+    equations, labels, say = writer.equations, writer.lettered_labels, writer.say
     dissipates, generalized = equations.system.dissipation != 0, is_generalized_potential(equations)
     phrase = {
         (False, False): say("The kinetic energy, the potential and the Lagrangian are"),
@@ -48,7 +48,7 @@ def energies(writer: DocumentWriter) -> Section | None:
 
 def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
     """L = T − V, written out where T and V are and it is short, less what is left out of it."""
-    label, short = writer.labels["L"], writer.equations.derivation.short_lagrangian
+    label, short = writer.lettered_labels["L"], writer.equations.derivation.short_lagrangian
     is_sum = any(writer.energy_forms)
     whole = writer.equations.system.lagrangian if short is None else short.expression
     row = Formula(label, ()) if is_sum else writer.sum_row(label, whole)
@@ -65,7 +65,7 @@ def generalized_forces(writer: DocumentWriter) -> Section | None:
     """Return generalized forces of the scene's forces, one after the other."""
     equations, letters, say = writer.equations, writer.letters, writer.say
     rows = [
-        writer.row(letters.below("Q", writer.coordinate(c)), q)
+        writer.row(letters.below("Q", writer.lettered_coordinate(c)), q)
         for force in equations.system.forces
         for c, q in zip(equations.system.coordinates, force.generalized, strict=True)
         if q != 0
@@ -78,6 +78,6 @@ def generalized_forces(writer: DocumentWriter) -> Section | None:
     )
     return section(
         say("Generalized forces"),
-        Words(say("Of the non-conservative forces ({listed}), in this order:", listed=listed)),
+        Paragraph(say("Of the non-conservative forces ({listed}), in this order:", listed=listed)),
         formulas(rows, result=True),
     )

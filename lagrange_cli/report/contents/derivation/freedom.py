@@ -19,8 +19,8 @@ from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Law,
+    Paragraph,
     Section,
-    Words,
     formulas,
     section,
 )
@@ -54,7 +54,7 @@ def _counts(writer: DocumentWriter) -> Block:
     counts = counting(writer.equations, writer.say)
     if not any(" = " in count for count in counts):
         # In words alone they are too long for a line.
-        return Words(writer.say("There are {listed}.", listed=", ".join(counts)))
+        return Paragraph(writer.say("There are {listed}.", listed=", ".join(counts)))
     return Law(writer.letters.comma.join(_counted(writer, count) for count in counts))
 
 
@@ -76,7 +76,7 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     implied, kind = implied_line(writer.equations, say), common_kind(writer.equations, say)
     if not account.lines:
         if implied or alone:
-            yield Words(say("There are {listed}.", listed=implied) if implied else say("None."))
+            yield Paragraph(say("There are {listed}.", listed=implied) if implied else say("None."))
         return
     items = []
     for name, equations, status in account_lines(writer.equations, writer.families, say):
@@ -85,7 +85,7 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
         item = say("{name}: {value}", name=letters.words(name), value=written)
         items.append(f"{item} ({remark})" if remark else item)
     if not alone:
-        yield Words(say("Constraints:"))
+        yield Paragraph(say("Constraints:"))
     items += [implied] if implied else []
     items += [say("{name}: {value}", name=say("all"), value=kind)] if kind else []
     yield Bullets(tuple(items))
@@ -108,23 +108,23 @@ def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
     say, equations, letters = writer.say, writer.equations, writer.letters
     coordinates = equations.system.coordinates
     if not coordinates:
-        yield Words(say("No coordinate is left: nothing can move."))
+        yield Paragraph(say("No coordinate is left: nothing can move."))
         return
     names = ", ".join(_listed(writer))
     if equations.derivation.account.chosen_automatically:
         one = "Generalized coordinate (chosen automatically): {listed}."
-        yield Words(say.counted(len(coordinates), one, _CHOSEN, listed=names))
+        yield Paragraph(say.counted(len(coordinates), one, _CHOSEN, listed=names))
     else:
         one, many = "Generalized coordinate: {listed}.", "Generalized coordinates: {listed}."
-        yield Words(say.counted(len(coordinates), one, many, listed=names))
+        yield Paragraph(say.counted(len(coordinates), one, many, listed=names))
     definitions = telling_definitions(equations) if positions else ()
     named = [(c.name, letters.symbol(c.name, 0, c.latex), c.position) for c in definitions]
     if named:
-        yield Words(say("The positions are"))
+        yield Paragraph(say("The positions are"))
         yield formulas(writer.definitions(named))
     beyond = () if writer.families is None else writer.families.beyond
     if beyond:
-        yield Words(say("Before the first elements and after the last"))
+        yield Paragraph(say("Before the first elements and after the last"))
         yield formulas(writer.family_row(letters.symbol(row.name), row) for row in beyond)
 
 
@@ -150,7 +150,7 @@ def _listed(writer: DocumentWriter) -> Iterator[str]:
 def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
     letters = writer.letters
     domain = " > 0" if coordinate.is_positive else ""
-    text = letters.inline(f"{writer.coordinate(coordinate)}{domain}")
+    text = letters.inline(f"{writer.lettered_coordinate(coordinate)}{domain}")
     descriptions = [letters.prose(coordinate.description)] if coordinate.description else []
     if coordinate.unit:
         descriptions.append(letters.unit(coordinate.unit))
@@ -160,13 +160,13 @@ def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
 def _singular(writer: DocumentWriter) -> Iterator[Block]:
     """Say where the coordinates have no meaning, a sentence each."""
     letters = writer.letters
-    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
+    named = {c.name: writer.lettered_coordinate(c) for c in writer.equations.system.coordinates}
     for place in writer.equations.derivation.singular:
         zero = f"{letters.formula(writer.tree(place.where))} = 0"
-        yield Words(
+        yield Paragraph(
             writer.say(
                 "The motion of {names} is singular where {zero}.",
-                names=writer.listed([named[name] for name in place.coordinates]),
+                names=writer.lettered_list([named[name] for name in place.coordinates]),
                 zero=letters.inline(zero),
             )
         )

@@ -20,7 +20,7 @@ from lagrange_cli.report.phrases.equations import (
     explicit_line,
     multipliers_line,
 )
-from lagrange_cli.report.tree import Block, Formula, Law, Section, Words, formulas, section
+from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -33,19 +33,19 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     equations, say = writer.equations, writer.say
     heading = say("Equations of motion")
     if not equations.system.coordinates:
-        return section(heading, Words(say("There are none.")))
+        return section(heading, Paragraph(say("There are none.")))
     if form == "explicit":
         sentence = explicit_line(equations, explicit_form(equations), say)
         return section(
             heading,
-            Words(say("{text}:", text=sentence)),
+            Paragraph(say("{text}:", text=sentence)),
             formulas(accelerations(writer), result=True),
         )
     return section(
         heading,
-        Words(say("Lagrange's equations,")),
+        Paragraph(say("Lagrange's equations,")),
         Law(f"{lagrange_law(writer, _multiplied(writer))},", ends=False),
-        Words(say("read")),
+        Paragraph(say("read")),
         formulas(lagrange_equations(writer), result=True),
         writer.paragraph(*_divided(writer)),
     )
@@ -61,7 +61,7 @@ def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
             continue
         shown = equations.derivation.shown[one]
         left = writer.noted(display_row(shown, writer.words))
-        name = writer.coordinate(equations.system.coordinates[one])
+        name = writer.lettered_coordinate(equations.system.coordinates[one])
         rows.append(Formula("", (left,), name=name))
     return rows
 
@@ -81,7 +81,7 @@ def accelerations(writer: DocumentWriter) -> list[Formula]:
     """Return accelerations and multipliers, with M and f where they stay coupled."""
     explicit = explicit_form(writer.equations)
     named = [
-        (c.name, writer.coordinate(c, 2), value)
+        (c.name, writer.lettered_coordinate(c, 2), value)
         for c, value in zip(
             writer.equations.system.coordinates, explicit.accelerations, strict=True
         )
@@ -138,7 +138,7 @@ def _divided(writer: DocumentWriter) -> list[str]:
             shown, place = one.shown, letters.inline(letters.symbol(one.name))
         else:
             shown = equations.derivation.shown[one]
-            place = letters.inline(writer.coordinate(equations.system.coordinates[one]))
+            place = letters.inline(writer.lettered_coordinate(equations.system.coordinates[one]))
         divisor, factor = divisor_and_factor(shown)
         if divisor is not None:
             first, next_ = "{factor} in the equation for {place}", "{factor} in that for {place}"
@@ -172,7 +172,7 @@ def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str
     if isinstance(one, FamilyRow) and writer.over_letters is not None:
         node = writer.over_letters.part(one, expression)
         return writer.letters.inline(writer.letters.formula(node))
-    return writer.inline(expression)
+    return writer.lettered_inline(expression)
 
 
 def closures(writer: DocumentWriter) -> Section | None:
@@ -195,7 +195,7 @@ def closures(writer: DocumentWriter) -> Section | None:
         )
     meant = say("{text}.", text=multipliers_line(writer.equations, say))
     return section(
-        say("Closure equations"), Words(sentence), formulas(rows, result=True), Words(meant)
+        say("Closure equations"), Paragraph(sentence), formulas(rows, result=True), Paragraph(meant)
     )
 
 
@@ -220,11 +220,15 @@ def contacts(writer: DocumentWriter) -> Section | None:
     rate = letters.symbol("varphi_k", 1)
     elastic = letters.symbol("e_k")
     sentences = [
-        say("{value} for {name}", value=writer.inline(c.restitution), name=letters.words(c.name))
+        say(
+            "{value} for {name}",
+            value=writer.lettered_inline(c.restitution),
+            name=letters.words(c.name),
+        )
         for c in writer.equations.system.contacts
     ]
     blocks: list[Block] = [
-        Words(
+        Paragraph(
             say(
                 "The gaps {gap} of one-sided constraints and their multipliers obey",
                 gap=letters.inline(gap),
@@ -236,9 +240,9 @@ def contacts(writer: DocumentWriter) -> Section | None:
             ),
             ends=False,
         ),
-        Words(say("here")),
+        Paragraph(say("here")),
         formulas(rows, result=True),
-        Words(
+        Paragraph(
             say(
                 "Times the gradient of the gap, {push} is the force of the contact. A gap that"
                 " closes with {closing} opens with {opening}; the restitution {elastic} is"
@@ -275,6 +279,6 @@ def result(writer: DocumentWriter) -> Section | None:
     sentence = explicit_line(equations, explicit_form(equations), say)
     return section(
         say("Result"),
-        Words(say("{text}:", text=sentence)),
+        Paragraph(say("{text}:", text=sentence)),
         formulas(accelerations(writer), result=True),
     )

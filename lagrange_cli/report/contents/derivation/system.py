@@ -12,7 +12,7 @@ from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.phrases.equations import recorded_line
 from lagrange_cli.report.phrases.families import sizes_line
-from lagrange_cli.report.tree import Block, Section, Table, Words, formulas, section
+from lagrange_cli.report.tree import Block, Paragraph, Section, Table, formulas, section
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.system import Parameter, ParticleMotion
-    from lagrange_cli.report.writers.document_letters import DocumentLetters
+    from lagrange_cli.report.letters import Letters
 
 
 def system(writer: DocumentWriter) -> Section | None:
@@ -61,19 +61,19 @@ def _particle(writer: DocumentWriter, particle: ParticleMotion) -> str:
     return writer.say(
         "{name} of mass {mass} at {place}",
         name=_particle_name(letters, particle),
-        mass=writer.inline(particle.mass),
+        mass=writer.lettered_inline(particle.mass),
         place=letters.inline(f"({place})"),
     )
 
 
-def _particle_name(letters: DocumentLetters, particle: ParticleMotion) -> str:
+def _particle_name(letters: Letters, particle: ParticleMotion) -> str:
     name = letters.words(particle.name)
     if particle.latex is None:
         return name
     return f"{name} ({letters.inline(letters.symbol(particle.name, 0, particle.latex))})"
 
 
-def _parameters(writer: DocumentWriter) -> Table | Words | None:
+def _parameters(writer: DocumentWriter) -> Table | Paragraph | None:
     """Return a table of the parameters; a sentence where nothing is known but their letters."""
     say, letters = writer.say, writer.letters
     literals = dict(writer.equations.presentation.literals)
@@ -81,7 +81,7 @@ def _parameters(writer: DocumentWriter) -> Table | Words | None:
     for p in writer.equations.system.parameters:
         value, exact = "", exact_value(p)
         if exact is not None:
-            value = writer.inline(exact)
+            value = writer.lettered_inline(exact)
         elif p.value is not None:
             value = letters.inline(letters.value(p.value, literals.get(Fraction(repr(p.value)))))
         symbol = letters.inline(letters.symbol(p.name, 0, p.latex))
@@ -93,7 +93,7 @@ def _parameters(writer: DocumentWriter) -> Table | Words | None:
     if len(table.heads) > 1:
         return table
     listed = ", ".join(symbol for symbol, *_ in rows)
-    return Words(
+    return Paragraph(
         say.counted(len(rows), "Parameter: {listed}.", "Parameters: {listed}.", listed=listed)
     )
 
@@ -111,7 +111,7 @@ def inputs(writer: DocumentWriter) -> Section | None:
     """Given functions of time, as formulas or in words."""
     letters = writer.letters
     blocks: list[Block] = [
-        Words(
+        Paragraph(
             writer.say(
                 "{name}: {value}",
                 name=letters.inline(letters.symbol(u.name)),

@@ -16,10 +16,10 @@ from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated, vocabulary
 from lagrange_cli.report.contents.steps.writer import Writer
+from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.equations import omission_told, operations_told
 from lagrange_cli.report.phrases.families import with_families
-from lagrange_cli.report.tree import Formula, Words
-from lagrange_cli.report.writers.document_letters import DocumentLetters
+from lagrange_cli.report.tree import Formula, Paragraph
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -41,7 +41,7 @@ class DocumentWriter(Writer):
         Names of the abbreviations that what was written so far holds.
     """
 
-    letters: DocumentLetters
+    letters: Letters
     abbreviating: bool = True
     written_out: bool = False
     abbreviated: set[str] = field(default_factory=set)
@@ -62,11 +62,11 @@ class DocumentWriter(Writer):
     def _operations(self, count: int) -> str:
         return self.letters.upright(operations_told(count, self.say))
 
-    def left_out(self) -> Words | None:
+    def left_out(self) -> Paragraph | None:
         """Return the note on expressions that were left out; None if there are none."""
         if self.omission is None or not self.omission.counts:
             return None
-        return Words(omission_told(self.letters.typed("--written-out"), self.say))
+        return Paragraph(omission_told(self.letters.typed("--written-out"), self.say))
 
     # -- families -------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.report.tree import Block, Section, Words, formulas
+from lagrange_cli.report.tree import Block, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -35,14 +35,14 @@ def bracket_sections(writer: FormWriter) -> list[Section]:
             writer.row(writer.letters.formula(writer.tree(q.symbol)), q.expression)
             for q in brackets.quantities
         ]
-        blocks += [Words(writer.say("with")), formulas(named, result=True)]
+        blocks += [Paragraph(writer.say("with")), formulas(named, result=True)]
     sentence = writer.say.counted(
         brackets.certificate.points,
         "Compared at {count} state with numerical derivatives, to {digits} digits.",
         "Compared at {count} states with numerical derivatives, to {digits} digits.",
         digits=brackets.certificate.digits,
     )
-    return [Section(writer.say("Poisson brackets"), (*blocks, Words(sentence)))]
+    return [Section(writer.say("Poisson brackets"), (*blocks, Paragraph(sentence)))]
 
 
 def _label(writer: FormWriter, bracket: PoissonBracket) -> str:

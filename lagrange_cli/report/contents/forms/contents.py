@@ -16,7 +16,7 @@ from lagrange_cli.report.contents.forms.routhian import routhian_sections
 from lagrange_cli.report.contents.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.report.contents.forms.writer import FormWriter
 from lagrange_cli.report.phrases.equations import explicit_line
-from lagrange_cli.report.tree import Formula, Section, Words, formulas
+from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -30,12 +30,14 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
     equations, say = writer.equations, writer.say
     heading = say("Equations of first order")
     if not equations.system.coordinates:
-        return [Section(heading, (Words(say("There are none.")),))]
+        return [Section(heading, (Paragraph(say("There are none.")),))]
     letter = velocity_letter(equations)
     writer = replace(writer, vocabulary=with_velocities(writer.words, equations, letter))
     solved = explicit_form(equations)
     pairs = list(zip(equations.system.coordinates, solved.accelerations, strict=True))
-    rates = [writer.row(writer.coordinate(c, 1), c.v) for c in equations.system.coordinates]
+    rates = [
+        writer.row(writer.lettered_coordinate(c, 1), c.v) for c in equations.system.coordinates
+    ]
     rates += [
         writer.row(writer.letters.formula(writer.tree(c.a)), value)
         for c, value in pairs
@@ -47,7 +49,11 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
         if value is not None
     ]
     open_rows = [
-        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(c))
+        Formula(
+            "",
+            (writer.noted(display_row(shown, writer.words)),),
+            name=writer.lettered_coordinate(c),
+        )
         for (c, value), shown in zip(pairs, equations.derivation.shown, strict=True)
         if value is None
     ]
@@ -58,7 +64,7 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
     ]
     sentence = say("{text}.", text=explicit_line(equations, solved, say))
     rows = [formulas(part, result=True) for part in (rates, open_rows) if part]
-    return [Section(heading, (*rows, Words(sentence)))]
+    return [Section(heading, (*rows, Paragraph(sentence)))]
 
 
 def velocity_letter(equations: Equations) -> str:

@@ -11,7 +11,7 @@ from lagrange_cli.report.contents.forms.brackets import bracket_sections
 from lagrange_cli.report.contents.forms.writer import FormWriter, certified
 from lagrange_cli.report.contents.steps.writer import sum_of
 from lagrange_cli.report.phrases.equations import is_generalized_potential
-from lagrange_cli.report.tree import Law, Section, Words, formulas
+from lagrange_cli.report.tree import Law, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,10 +24,10 @@ def hamiltonian_sections(writer: FormWriter) -> list[Section]:
     writer = writer.knowing([pair.momentum for pair in form.pairs])
     heading = say("Hamilton's equations")
     if not form.pairs:
-        return [Section(heading, (Words(say("There are none.")),))]
+        return [Section(heading, (Paragraph(say("There are none.")),))]
     momenta = [writer.row(writer.momentum(p.momentum), p.momentum.expression) for p in form.pairs]
     velocities = [
-        writer.row(writer.coordinate(p.momentum.coordinate, 1), p.velocity)
+        writer.row(writer.lettered_coordinate(p.momentum.coordinate, 1), p.velocity)
         for p in form.pairs
         if p.velocity is not None
     ]
@@ -40,7 +40,7 @@ def hamiltonian_sections(writer: FormWriter) -> list[Section]:
         Section(
             say("Hamiltonian"),
             (
-                formulas([writer.total(writer.labels["H"], form.parts)], result=True),
+                formulas([writer.total(writer.lettered_labels["H"], form.parts)], result=True),
                 *([paragraph] if paragraph else []),
             ),
         ),
@@ -49,7 +49,7 @@ def hamiltonian_sections(writer: FormWriter) -> list[Section]:
             (
                 *_law(writer),
                 formulas([*velocities, *rates], result=True),
-                Words(certified(form.certificate, say)),
+                Paragraph(certified(form.certificate, say)),
             ),
         ),
         *bracket_sections(writer),
@@ -61,7 +61,9 @@ def _open(writer: FormWriter, form: Hamiltonian) -> str:
     if not form.coupled:
         return ""
     coordinates = writer.equations.system.coordinates
-    listed = writer.listed([writer.coordinate(coordinates[j], 1) for j in form.coupled])
+    listed = writer.lettered_list(
+        [writer.lettered_coordinate(coordinates[j], 1) for j in form.coupled]
+    )
     return writer.say(
         "The momenta are linear in {velocities}, which they determine as a linear system: its"
         " solution has no short form, and half of {product} stands for the kinetic energy.",
@@ -79,10 +81,10 @@ def _product(form: Hamiltonian) -> sympy.Expr:
 def _remarks(writer: FormWriter, form: Hamiltonian) -> Iterator[str]:
     """Say whether H is T + V, and whether it is conserved."""
     say, equations = writer.say, writer.equations
-    letters = {key: writer.letters.inline(label) for key, label in writer.labels.items()}
+    letters = {key: writer.letters.inline(label) for key, label in writer.lettered_labels.items()}
     is_at_rest = is_generalized_potential(equations)
-    potential = writer.labels["U" if is_at_rest else "V"]
-    total = writer.letters.inline(f"{writer.labels['T']} + {potential}")
+    potential = writer.lettered_labels["U" if is_at_rest else "V"]
+    total = writer.letters.inline(f"{writer.lettered_labels['T']} + {potential}")
     if form.is_sum and is_at_rest:
         yield say("{H} is {T} plus what {U} has without velocities.", **letters)
     elif form.is_sum:
@@ -105,13 +107,13 @@ def _remarks(writer: FormWriter, form: Hamiltonian) -> Iterator[str]:
 
 def _momentum(writer: FormWriter) -> str:
     """p = ∂L/∂q̇."""
-    slope = writer.letters.partial(writer.labels["L"], writer.letters.symbol("q_j", 1))
+    slope = writer.letters.partial(writer.lettered_labels["L"], writer.letters.symbol("q_j", 1))
     return f"{writer.letters.symbol('p_j')} = {slope}"
 
 
 def _law(writer: FormWriter) -> Iterator[Law]:
     """q̇ = ∂H/∂p and ṗ = −∂H/∂q − ∂D/∂q̇ + Q + Σ λ ∂φ/∂q, as far as there are such parts."""
-    letters, labels, equations = writer.letters, writer.labels, writer.equations
+    letters, labels, equations = writer.letters, writer.lettered_labels, writer.equations
     place, speed = letters.symbol("q_j"), letters.symbol("q_j", 1)
     momentum, rate = letters.symbol("p_j"), letters.symbol("p_j", 1)
     first = f"{speed} = {letters.partial(labels['H'], momentum)}"

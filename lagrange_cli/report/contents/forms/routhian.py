@@ -15,7 +15,7 @@ from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.labels import quantity_labels
 from lagrange_cli.notation.ordering import number_of
 from lagrange_cli.report.contents.forms.writer import FormWriter, certified
-from lagrange_cli.report.tree import Block, Formula, Section, Words, formulas
+from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -37,7 +37,7 @@ def routhian_sections(writer: FormWriter) -> list[Section]:
     }
     ignored = [
         writer.row(
-            writer.coordinate(m.coordinate, 1),
+            writer.lettered_coordinate(m.coordinate, 1),
             velocity,
             *([shortened(velocity.xreplace(start))] if start else []),
         )
@@ -47,7 +47,7 @@ def routhian_sections(writer: FormWriter) -> list[Section]:
         Section(
             say("Ignored coordinates"),
             (
-                Words(_told(writer, form)),
+                Paragraph(_told(writer, form)),
                 formulas(momenta, result=True),
                 *_start(writer, form, start),
             ),
@@ -57,7 +57,7 @@ def routhian_sections(writer: FormWriter) -> list[Section]:
     if form.coordinates:
         rows = formulas(_equations(writer, form), result=True)
         sections.append(Section(say("Equations of motion"), (rows,)))
-    words = Words(certified(form.certificate, say))
+    words = Paragraph(certified(form.certificate, say))
     recovered = formulas(ignored, result=True), words
     return [*sections, Section(say("Velocities of the ignored coordinates"), recovered)]
 
@@ -68,13 +68,15 @@ def _told(writer: FormWriter, form: Routhian) -> str:
         len(form.momenta),
         "{coordinates} is cyclic; its momentum is a constant of the motion:",
         "{coordinates} are cyclic; their momenta are constants of the motion:",
-        coordinates=writer.listed([writer.coordinate(m.coordinate) for m in form.momenta]),
+        coordinates=writer.lettered_list(
+            [writer.lettered_coordinate(m.coordinate) for m in form.momenta]
+        ),
     )
 
 
 def _start(
     writer: FormWriter, form: Routhian, start: Mapping[sympy.Symbol, sympy.Expr]
-) -> Iterator[Words]:
+) -> Iterator[Paragraph]:
     """Return the values of the momenta at the initial state, in parameters where it is so."""
     if form.start or start:
         numbers = form.start or (math.nan,) * len(form.momenta)
@@ -90,7 +92,7 @@ def _start(
             for m, value in zip(form.momenta, numbers, strict=True)
             if m.symbol in start or form.start
         ]
-        yield Words(writer.say("At the start {values}.", values=", ".join(values)))
+        yield Paragraph(writer.say("At the start {values}.", values=", ".join(values)))
 
 
 def _decimal(writer: FormWriter, value: float) -> str:
@@ -109,18 +111,22 @@ def _routhian(writer: FormWriter, form: Routhian) -> Iterator[Block]:
     parts = [e for e in (form.kinetic, form.gyroscopic, -letter) if e != 0]
     yield formulas(
         [
-            writer.also(letter, name).total(writer.labels["R"], parts),
-            writer.total(writer.labels["V_eff"], form.potential),
+            writer.also(letter, name).total(writer.lettered_labels["R"], parts),
+            writer.total(writer.lettered_labels["V_eff"], form.potential),
         ],
         result=True,
     )
     if form.gyroscopic != 0:
-        linear = writer.inline(form.gyroscopic)
-        yield Words(say("{linear} is gyroscopic: its force does no work.", linear=linear))
+        linear = writer.lettered_inline(form.gyroscopic)
+        yield Paragraph(say("{linear} is gyroscopic: its force does no work.", linear=linear))
 
 
 def _equations(writer: FormWriter, form: Routhian) -> list[Formula]:
     return [
-        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(c))
+        Formula(
+            "",
+            (writer.noted(display_row(shown, writer.words)),),
+            name=writer.lettered_coordinate(c),
+        )
         for c, shown in zip(form.coordinates, form.shown, strict=True)
     ]

@@ -14,7 +14,7 @@ from lagrange_cli.notation.labels import free_letter
 from lagrange_cli.notation.ordering import symbol_of
 from lagrange_cli.notation.tree import Dependence
 from lagrange_cli.report.contents.forms.writer import FormWriter
-from lagrange_cli.report.tree import Formula, Section, Words, formulas
+from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -35,24 +35,30 @@ def small_oscillation_sections(writer: FormWriter) -> list[Section]:
     writer = replace(writer, vocabulary=with_displacements(writer.words, form, letters))
     pairs = zip(form.coordinates, form.rest_values, form.displacements, strict=True)
     places = [
-        writer.total(writer.coordinate(c), [value] if d is c else [value, d.q])
+        writer.total(writer.lettered_coordinate(c), [value] if d is c else [value, d.q])
         for c, value, d in pairs
     ]
-    energies = [writer.total(writer.labels["T"], form.kinetic)]
+    energies = [writer.total(writer.lettered_labels["T"], form.kinetic)]
     if form.potential:
-        letter = writer.labels["V_eff" if form.is_effective else "V"]
+        letter = writer.lettered_labels["V_eff" if form.is_effective else "V"]
         energies.append(writer.total(letter, form.potential))
     rows = [
-        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(d))
+        Formula(
+            "",
+            (writer.noted(display_row(shown, writer.words)),),
+            name=writer.lettered_coordinate(d),
+        )
         for d, shown in zip(form.displacements, form.shown, strict=True)
     ]
     return [
-        Section(say("Equilibrium"), (formulas(places, result=True), Words(_chosen(writer, form)))),
+        Section(
+            say("Equilibrium"), (formulas(places, result=True), Paragraph(_chosen(writer, form)))
+        ),
         Section(
             say("Energies to second order"),
             (
                 formulas(energies, result=True),
-                *([Words(say("Constants are left out."))] if form.potential else []),
+                *([Paragraph(say("Constants are left out."))] if form.potential else []),
             ),
         ),
         Section(say("Small oscillations"), (formulas(rows, result=True),)),
@@ -77,7 +83,7 @@ def _poles(writer: FormWriter, form: SmallOscillations) -> Iterator[Section]:
     if form.poles:
         listed = ", ".join(writer.letters.inline(_complex(s)) for s in form.poles)
         exponents = writer.say("Exponents of damped and gyroscopic motions: {poles}.", poles=listed)
-        yield Section(writer.say("Poles"), (Words(exponents),))
+        yield Section(writer.say("Poles"), (Paragraph(exponents),))
 
 
 def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) -> Iterator[Section]:
@@ -94,12 +100,14 @@ def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) ->
         for w, mode in zip(letters.frequencies, form.modes, strict=True)
     ]
     values_note = say("With the values of the parameters {values}.", values=", ".join(numbers))
-    yield Section(say("Angular frequencies"), (formulas(squares, result=True), Words(values_note)))
+    yield Section(
+        say("Angular frequencies"), (formulas(squares, result=True), Paragraph(values_note))
+    )
     if len(form.modes) > _MOST_COORDINATES:
         return
     sums = [
         writer.total(
-            writer.coordinate(d),
+            writer.lettered_coordinate(d),
             [m.shape[i] * q for m, q in zip(form.modes, letters.places, strict=True)],
         )
         for i, d in enumerate(form.displacements)

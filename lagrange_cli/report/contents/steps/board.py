@@ -23,7 +23,7 @@ from lagrange_cli.report.contents.steps.writer import (
 )
 from lagrange_cli.report.phrases.equations import energy_is_sum, only_between_impacts
 from lagrange_cli.report.phrases.language import ENGLISH, Language
-from lagrange_cli.report.tree import Block, Formula, Section, Words, formulas, section
+from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
@@ -35,12 +35,12 @@ def conservation(writer: StepsWriter) -> Section | None:
     if not writer.equations.system.coordinates:
         return None
     heading = writer.say("Cyclic coordinates, momenta and energy")
-    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
+    named = {c.name: writer.lettered_coordinate(c) for c in writer.equations.system.coordinates}
 
     def letter(quantity: Conserved) -> str:
         if quantity.kind == "momentum":
             return writer.letters.below("p", named[quantity.coordinate or ""])
-        return writer.labels["E" if quantity.kind == "energy" else "h"]
+        return writer.lettered_labels["E" if quantity.kind == "energy" else "h"]
 
     start = start_sentence(writer, letter)
     return section(heading, *_momenta(writer), *_energy(writer), start)
@@ -48,38 +48,40 @@ def conservation(writer: StepsWriter) -> Section | None:
 
 def _momenta(writer: StepsWriter) -> Iterator[Block]:
     equations, letters, say = writer.equations, writer.letters, writer.say
-    whole = letters.inline(writer.labels["L"])
+    whole = letters.inline(writer.lettered_labels["L"])
     conserved = {c.coordinate: c for c in equations.derivation.conserved if c.kind == "momentum"}
     absent = [
         c
         for c, steps in zip(equations.system.coordinates, writer.steps.coordinates, strict=True)
         if steps.slope == 0 or c.name in equations.derivation.cyclic
     ]
-    driven = [writer.coordinate(c) for c in absent if c.name not in conserved]
+    driven = [writer.lettered_coordinate(c) for c in absent if c.name not in conserved]
     if not absent and not equations.derivation.open_questions:
-        yield Words(say("{lagrangian} depends on every coordinate.", lagrangian=whole))
+        yield Paragraph(say("{lagrangian} depends on every coordinate.", lagrangian=whole))
     if driven:
-        yield Words(
+        yield Paragraph(
             say.counted(
                 len(driven),
                 "{listed} does not stand in {lagrangian}, but forces or constraints change its"
                 " momentum.",
                 "{listed} do not stand in {lagrangian}, but forces or constraints change their"
                 " momenta.",
-                listed=writer.listed(driven),
+                listed=writer.lettered_list(driven),
                 lagrangian=whole,
             )
         )
     for c in absent:
         if c.name not in conserved:
             continue
-        slope = letters.inline(f"{letters.partial(writer.labels['L'], writer.coordinate(c))} = 0")
-        name = letters.inline(writer.coordinate(c))
-        yield Words(
+        slope = letters.inline(
+            f"{letters.partial(writer.lettered_labels['L'], writer.lettered_coordinate(c))} = 0"
+        )
+        name = letters.inline(writer.lettered_coordinate(c))
+        yield Paragraph(
             say("{name} is cyclic, {slope}, and its momentum is conserved,", name=name, slope=slope)
         )
-        momentum = letters.partial(writer.labels["L"], writer.coordinate(c, 1))
-        label = letters.below("p", writer.coordinate(c))
+        momentum = letters.partial(writer.lettered_labels["L"], writer.lettered_coordinate(c, 1))
+        label = letters.below("p", writer.lettered_coordinate(c))
         row = writer.row(label, conserved[c.name].expression)
         yield formulas([replace(row, middle=momentum)], result=True)
         sentence = angular_momentum_sentence(writer, conserved[c.name], label)
@@ -88,7 +90,7 @@ def _momenta(writer: StepsWriter) -> Iterator[Block]:
 
 
 def _energy(writer: StepsWriter) -> Iterator[Block]:
-    equations, letters, labels = writer.equations, writer.letters, writer.labels
+    equations, letters, labels = writer.equations, writer.letters, writer.lettered_labels
     say, both = writer.say, letters.inline(f"{labels['T']} + {labels['V']}")
     conserved_energy = next(
         (c for c in equations.derivation.conserved if c.kind != "momentum"), None
@@ -100,11 +102,11 @@ def _energy(writer: StepsWriter) -> Iterator[Block]:
     if reported is not None:
         label = labels["E" if reported.kind == "energy" else "h"]
         row = Formula(label, row.chain, middle=row.label)
-    yield Words(say("The energy function is"))
+    yield Paragraph(say("The energy function is"))
     yield formulas([row], result=True)
     if conserved_energy is None:
         if equations.derivation.balance is not None:
-            yield Words(say("It changes at the rate"))
+            yield Paragraph(say("It changes at the rate"))
             yield formulas([writer.row(letters.rate(label), equations.derivation.balance.rate)])
         return
     slope = letters.inline(f"{letters.partial(labels['L'], letters.symbol('t'))} = 0")
@@ -120,7 +122,7 @@ def _energy(writer: StepsWriter) -> Iterator[Block]:
         and not equations.system.potential.free_symbols & _velocities(writer)
     ):
         sentence += say("; it is not {energy}", energy=both)
-    yield Words(say("{text}.", text=sentence))
+    yield Paragraph(say("{text}.", text=sentence))
 
 
 def _velocities(writer: StepsWriter) -> set[sympy.Symbol]:

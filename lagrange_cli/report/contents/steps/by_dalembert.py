@@ -14,9 +14,9 @@ from lagrange_cli.report.tree import (
     Block,
     Formula,
     Law,
+    Paragraph,
     Section,
     Title,
-    Words,
     formulas,
     section,
 )
@@ -51,11 +51,11 @@ def principle(writer: StepsWriter) -> Section | None:
     return section(
         say("d'Alembert's principle"),
         *names_in_coordinates(writer, names),
-        Words(
+        Paragraph(
             say("Constraint forces do no work in virtual displacements that the constraints allow:")
         ),
         Law(f"{total_work(writer, effective_force(writer), names)} = 0"),
-        Words(independent(writer)),
+        Paragraph(independent(writer)),
         *coefficient_law(writer, names),
         *(
             block
@@ -109,12 +109,12 @@ def further_force(writer: StepsWriter) -> str:
     return writer.letters.symbol(f"{writer.inertia_letter}_j")
 
 
-def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Iterator[Words]:
+def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Iterator[Paragraph]:
     """Name the terms that act on no particle, if there are any."""
     letters = writer.letters
     if not names:
         return
-    yield Words(
+    yield Paragraph(
         writer.say.counted(
             len(names),
             "{listed} is written in coordinates and acts on no particle: its inertia less force"
@@ -138,7 +138,7 @@ def _coefficient(
     writer: StepsWriter, number: int, coordinate: Coordinate, parts: VirtualWork
 ) -> Iterator[Block]:
     letters = writer.letters
-    place = writer.coordinate(coordinate)
+    place = writer.lettered_coordinate(coordinate)
     yield Title(writer.say("For {place}:", place=letters.inline(letters.virtual(place))))
     slope = letters.partial(letters.vector("r"), place)
     inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
@@ -161,7 +161,7 @@ def comparison(writer: StepsWriter) -> Section | None:
     """Say that Lagrange's equations are the same, as was found by numbers."""
     if not writer.steps.balances:
         return None
-    steps, labels, say = writer.steps, writer.labels, writer.say
+    steps, labels, say = writer.steps, writer.lettered_labels, writer.say
     size = say("nothing")
     if steps.difference:
         difference = writer.letters.inline(writer.letters.number(steps.difference))
@@ -177,7 +177,7 @@ def comparison(writer: StepsWriter) -> Section | None:
             ]
         ),
         Law(lagrange_law(writer, multiplier_terms(writer))),
-        Words(
+        Paragraph(
             say.counted(
                 steps.states,
                 "Evaluated from {lagrangian} at {count} random state in {digits} digits, these"
@@ -213,7 +213,9 @@ def newton_equations(writer: StepsWriter) -> Section | None:
     return section(
         writer.say("Newton's equations"),
         Law(f"{law} + {letters.vector('f')}"),
-        Words(writer.say("The constraint forces that make up the difference are listed below.")),
+        Paragraph(
+            writer.say("The constraint forces that make up the difference are listed below.")
+        ),
         *blocks,
     )
 

@@ -14,9 +14,9 @@ from lagrange_cli.report.tree import (
     Block,
     Formula,
     Law,
+    Paragraph,
     Section,
     Title,
-    Words,
     formulas,
     section,
 )
@@ -40,7 +40,7 @@ def constraints(writer: StepsWriter) -> Section | None:
         return None
     sentences = []
     if equations.system.closures:
-        names = writer.listed([writer.constraint(c) for c in equations.system.closures])
+        names = writer.lettered_list([writer.constraint(c) for c in equations.system.closures])
         sentences.append(
             say.counted(
                 len(equations.system.closures),
@@ -50,7 +50,9 @@ def constraints(writer: StepsWriter) -> Section | None:
             )
         )
     if equations.system.contacts:
-        gaps = writer.listed([writer.constraint(c.closure) for c in equations.system.contacts])
+        gaps = writer.lettered_list(
+            [writer.constraint(c.closure) for c in equations.system.contacts]
+        )
         one, many = "{listed} is the gap of a contact.", "{listed} are gaps of contacts."
         sentences.append(say.counted(len(equations.system.contacts), one, many, listed=gaps))
     line = multipliers_line(equations, say)
@@ -64,7 +66,9 @@ def constraints(writer: StepsWriter) -> Section | None:
 
 def _slope(writer: StepsWriter, closure: Closure, coordinate: Coordinate) -> str:
     order = 1 if closure.kind == "velocity" else 0
-    return writer.letters.partial(writer.constraint(closure), writer.coordinate(coordinate, order))
+    return writer.letters.partial(
+        writer.constraint(closure), writer.lettered_coordinate(coordinate, order)
+    )
 
 
 def lagrange_equations(writer: StepsWriter) -> Section | None:
@@ -88,7 +92,7 @@ def lagrange_law(writer: Writer, multiplied: Iterable[str]) -> str:
 
     ``multiplied``: the terms with λ.
     """
-    letters, labels = writer.letters, writer.labels
+    letters, labels = writer.letters, writer.lettered_labels
     place, speed = letters.symbol("q_j"), letters.symbol("q_j", 1)
     left = f"{letters.rate(letters.partial(labels['L'], speed))}"
     left += f" - {letters.partial(labels['L'], place)}"
@@ -111,8 +115,8 @@ def multiplier_terms(writer: StepsWriter) -> Iterator[str]:
 def _coordinate(
     writer: StepsWriter, coordinate: Coordinate, steps: CoordinateSteps, shown: ShownEquation
 ) -> Iterator[Block]:
-    letters, labels = writer.letters, writer.labels
-    place, speed = writer.coordinate(coordinate), writer.coordinate(coordinate, 1)
+    letters, labels = writer.letters, writer.lettered_labels
+    place, speed = writer.lettered_coordinate(coordinate), writer.lettered_coordinate(coordinate, 1)
     momentum = letters.partial(labels["L"], speed)
     yield Title(writer.say("For {place}:", place=letters.inline(place)))
     rows = [
@@ -128,7 +132,7 @@ def _coordinate(
 
 def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) -> Iterator[Block]:
     """Return an equation of motion before a factor is divided out, and after."""
-    yield Words(writer.say("so that"))
+    yield Paragraph(writer.say("so that"))
     divisor, factor = divisor_and_factor(shown)
     done = divisor if divisor is not None else factor
     if done is not None:
@@ -136,7 +140,7 @@ def equation(writer: StepsWriter, steps: CoordinateSteps, shown: ShownEquation) 
         yield formulas([Formula("", (display_terms(whole, writer.words),))])
         factor_text = writer.letters.inline(writer.letters.formula(display(done, writer.words)))
         if divisor is not None:
-            yield Words(writer.say("and, divided by {factor},", factor=factor_text))
+            yield Paragraph(writer.say("and, divided by {factor},", factor=factor_text))
         else:
-            yield Words(writer.say("and, multiplied by {factor},", factor=factor_text))
+            yield Paragraph(writer.say("and, multiplied by {factor},", factor=factor_text))
     yield formulas([Formula("", (display_terms(shown, writer.words),))], result=True)

@@ -25,9 +25,9 @@ from lagrange_cli.report.tree import (
     Formula,
     Formulas,
     Law,
+    Paragraph,
     Section,
     Title,
-    Words,
     formulas,
     section,
 )
@@ -67,9 +67,9 @@ def principle(writer: StepsWriter) -> Section | None:
     return section(
         say("Principle of virtual work"),
         *names_in_coordinates(writer, names),
-        Words(text),
+        Paragraph(text),
         Law(f"{law} = 0"),
-        Words(independent(writer)),
+        Paragraph(independent(writer)),
         *coefficient_law(writer, names, total),
         *(
             block
@@ -87,7 +87,7 @@ def _at_rest(writer: StepsWriter, expression: Expr) -> Expr:
 
 def _coefficient(writer: StepsWriter, number: int, coordinate: Coordinate) -> Iterator[Block]:
     letters, parts = writer.letters, writer.steps.balances[number]
-    place = writer.coordinate(coordinate)
+    place = writer.lettered_coordinate(coordinate)
     yield Title(writer.say("For {place}:", place=letters.inline(letters.virtual(place))))
     slope = f"{letters.dot_product}{letters.partial(letters.vector('r'), place)}"
     inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
@@ -111,7 +111,7 @@ def _coefficient(writer: StepsWriter, number: int, coordinate: Coordinate) -> It
     if further != 0:
         rows.append(writer.row(letters.below(writer.inertia_letter, place), further))
     yield formulas(rows)
-    yield Words(writer.say("so that"))
+    yield Paragraph(writer.say("so that"))
     balance = sympy.Add(work, -moved, -further, *pushes)
     yield formulas([Formula("", (writer.tree(balance),))], result=True)
 
@@ -129,7 +129,7 @@ def equilibrium(writer: StepsWriter) -> Section | None:
     points = forms.points[:MOST_LISTED] if forms else ()
     if forms is None or not (points or forms.complete):
         text = say("These equations have no solution in closed form that was found.")
-        return section(say("Equilibrium"), Words(text))
+        return section(say("Equilibrium"), Paragraph(text))
     if not points:
         text = say("No configuration satisfies these equations: the forces cannot balance.")
     elif forms.complete and len(points) == len(forms.points):
@@ -137,12 +137,12 @@ def equilibrium(writer: StepsWriter) -> Section | None:
     else:
         text = say("These equations are satisfied, among others perhaps, by")
     blocks = _solutions(writer, points)
-    names = writer.listed([letter_of(writer, name) for name in forms.nonzero])
+    names = writer.lettered_list([letter_of(writer, name) for name in forms.nonzero])
     exception = ""
     if forms.complete and names:
         one, many = "Here {names} is not 0.", "Here {names} are not 0."
         exception = say.counted(len(forms.nonzero), one, many, names=names)
-    return section(say("Equilibrium"), Words(text), *blocks, writer.paragraph(exception))
+    return section(say("Equilibrium"), Paragraph(text), *blocks, writer.paragraph(exception))
 
 
 def _solutions(writer: StepsWriter, points: Sequence[Equilibrium]) -> Iterator[Block]:
@@ -153,13 +153,13 @@ def _solutions(writer: StepsWriter, points: Sequence[Equilibrium]) -> Iterator[B
         rows = [row for block in blocks if isinstance(block, Formulas) for row in block.rows]
         if len(blocks) == len(rows) == 1:
             if number and not pending:
-                yield Words(writer.say("or"))
+                yield Paragraph(writer.say("or"))
             pending += rows
             continue
         if pending:
             yield formulas(pending, result=True)
         if number:
-            yield Words(writer.say("or"))
+            yield Paragraph(writer.say("or"))
         yield from blocks
         pending = []
     if pending:
@@ -176,23 +176,25 @@ def _solution(writer: StepsWriter, point: Equilibrium) -> Iterator[Block]:
     """Write one equilibrium: values of coordinates, and the law under which others are any."""
     say, coordinates = writer.say, writer.equations.system.coordinates
     pairs = list(zip(coordinates, point.exact or (), strict=True))
-    free = [writer.coordinate(c) for c, _ in pairs if c.name in point.free]
+    free = [writer.lettered_coordinate(c) for c, _ in pairs if c.name in point.free]
     laws = [c for c in point.conditions if c.relation == "="]
-    rows = [writer.row(writer.coordinate(c), e) for c, e in pairs if c.name not in point.free]
+    rows = [
+        writer.row(writer.lettered_coordinate(c), e) for c, e in pairs if c.name not in point.free
+    ]
     law_rows = [_law(writer, law) for law in laws]
     if free:
-        names = writer.listed(free)
+        names = writer.lettered_list(free)
         any_of = say("any {names}", names=names)
         yield Title(say("any {names} where", names=names) if rows or laws else any_of)
         yield formulas([*rows, *law_rows], result=True)
     else:
         yield formulas(rows, result=True)
         if law_rows:
-            yield Words(say("where"))
+            yield Paragraph(say("where"))
             yield formulas(law_rows, result=True)
     bounds = [c for c in point.conditions if c.relation != "="]
     if bounds:
-        yield Words(say("provided that"))
+        yield Paragraph(say("provided that"))
         yield from (Law(_bound(writer, c)) for c in bounds)
 
 

@@ -16,9 +16,9 @@ from lagrange_cli.report.tree import (
     Block,
     Formula,
     Law,
+    Paragraph,
     Section,
     Title,
-    Words,
     formulas,
     section,
 )
@@ -42,7 +42,13 @@ def kinetic_energy(writer: StepsWriter) -> Section | None:
         say("Kinetic energy") if has_kinetic_energy(equations) else free,
         formulas(rows),
         formulas(
-            [writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.system.kinetic)],
+            [
+                writer.row(
+                    writer.lettered_labels["T"],
+                    sympy.Add(*written),
+                    writer.equations.system.kinetic,
+                )
+            ],
             result=True,
         ),
     )
@@ -81,7 +87,7 @@ def potential_energy(writer: StepsWriter) -> Section | None:
     heading = writer.say("Potential energy")
     if velocity_dependent:
         heading = writer.say("Generalized potential")
-    label = writer.labels["U" if velocity_dependent else "V"]
+    label = writer.lettered_labels["U" if velocity_dependent else "V"]
     terms, potential = writer.steps.potentials, writer.equations.system.potential
     if len(terms) == 1:
         whole = writer.row(label, terms[0].written, potential)
@@ -100,8 +106,8 @@ def lagrangian(writer: StepsWriter) -> Section | None:
         idle = writer.say(
             "{terms} in {lagrangian} holds no coordinate and no velocity: it changes no equation"
             " of motion.",
-            terms=writer.inline(short.left_out),
-            lagrangian=writer.letters.inline(writer.labels["L"]),
+            terms=writer.lettered_inline(short.left_out),
+            lagrangian=writer.letters.inline(writer.lettered_labels["L"]),
         )
     rows = formulas([lagrangian_row(writer)], result=True)
     return section(writer.say("Lagrangian"), rows, writer.paragraph(idle))
@@ -109,7 +115,7 @@ def lagrangian(writer: StepsWriter) -> Section | None:
 
 def lagrangian_row(writer: StepsWriter) -> Formula:
     """``L = T - V = ...``, in full."""
-    labels = writer.labels
+    labels = writer.lettered_labels
     potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
     row = writer.sum_row(labels["L"], writer.equations.system.lagrangian)
     return replace(row, middle=f"{labels['T']} - {potential}")
@@ -119,7 +125,7 @@ def dissipation(writer: StepsWriter) -> Section | None:
     """Return the dissipation function D, where there is one."""
     if writer.equations.system.dissipation == 0:
         return None
-    row = writer.row(writer.labels["D"], writer.equations.system.dissipation)
+    row = writer.row(writer.lettered_labels["D"], writer.equations.system.dissipation)
     return section(writer.say("Dissipation function"), formulas([row], result=True))
 
 
@@ -129,7 +135,7 @@ def generalized_forces(writer: StepsWriter) -> Section | None:
         return None
     return section(
         writer.say("Generalized forces"),
-        Words(writer.say("The virtual work of the forces defines them:")),
+        Paragraph(writer.say("The virtual work of the forces defines them:")),
         *_virtual_work(writer),
         *(block for force in writer.steps.forces for block in _force(writer, force)),
         *_several(writer),
@@ -168,7 +174,7 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
     if on_body:
         rows += [writer.row(writer.force(n), e) for n, e in force.components]
     for q, value in force.generalized:
-        row = writer.row(letters.below("Q", writer.coordinate(names[q])), value)
+        row = writer.row(letters.below("Q", writer.lettered_coordinate(names[q])), value)
         if on_body:
             products = [
                 letters.times(
@@ -182,7 +188,7 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Block]:
     if rows:
         yield formulas(rows)
     if not force.generalized:
-        yield Words(writer.say("It does no virtual work."))
+        yield Paragraph(writer.say("It does no virtual work."))
 
 
 def _several(writer: StepsWriter) -> Iterator[Block]:
@@ -192,7 +198,9 @@ def _several(writer: StepsWriter) -> Iterator[Block]:
         for q, value in force.generalized:
             shares.setdefault(q, []).append(value)
     rows = [
-        writer.row(writer.letters.below("Q", writer.coordinate(c)), sympy.Add(*shares[c.q]))
+        writer.row(
+            writer.letters.below("Q", writer.lettered_coordinate(c)), sympy.Add(*shares[c.q])
+        )
         for c in writer.equations.system.coordinates
         if len(shares.get(c.q, ())) > 1
     ]
@@ -207,6 +215,6 @@ def _torques(writer: StepsWriter) -> Iterator[Block]:
     acted_on = {q for force in writer.steps.forces for q, _ in force.generalized}
     for c in writer.equations.system.coordinates:
         if c.q in acted_on and dimensions.get(c.name) == "rad":
-            angle = writer.coordinate(c)
+            angle = writer.lettered_coordinate(c)
             force, q = letters.inline(letters.below("Q", angle)), letters.inline(angle)
-            yield Words(writer.say("{force} is a torque: {q} is an angle.", force=force, q=q))
+            yield Paragraph(writer.say("{force} is a torque: {q} is an angle.", force=force, q=q))

@@ -10,7 +10,7 @@ import sympy
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.report.contents.steps.writer import StepsWriter, displacement, is_own_coordinate
 from lagrange_cli.report.phrases.equations import telling_definitions
-from lagrange_cli.report.tree import Block, Formula, Law, Section, Words, formulas, section
+from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.step_values import BodySteps, ComponentSteps
@@ -27,7 +27,7 @@ def positions(writer: StepsWriter) -> Section | None:
     if own_coordinates:
         one, many = "{listed} is a coordinate itself.", "{listed} are coordinates themselves."
         sentence = writer.say.counted(
-            len(own_coordinates), one, many, listed=writer.listed(list(own_coordinates))
+            len(own_coordinates), one, many, listed=writer.lettered_list(list(own_coordinates))
         )
     return section(
         writer.say("Positions"),
@@ -57,7 +57,7 @@ def _by_constraints(writer: StepsWriter, rows: Iterable[Formula]) -> Iterator[Bl
     """Yield the names beside particles that constraints determine, below the particles."""
     written = tuple(rows)
     if written:
-        yield Words(writer.say("By the constraints"))
+        yield Paragraph(writer.say("By the constraints"))
         yield formulas(written)
 
 
@@ -86,9 +86,9 @@ def velocities(writer: StepsWriter) -> Section | None:
         law += f" + {letters.partial(letters.vector('r'), letters.symbol('t'))}"
     return section(
         writer.say("Velocities"),
-        Words(writer.say("By the chain rule")),
+        Paragraph(writer.say("By the chain rule")),
         Law(law),
-        Words(writer.say("Partial derivatives that are not written vanish.")),
+        Paragraph(writer.say("Partial derivatives that are not written vanish.")),
         *blocks,
         *further,
     )
@@ -104,7 +104,7 @@ def accelerations(writer: StepsWriter) -> Section | None:
     blocks = list(_by_body(writer, rows))
     if not blocks:
         return None
-    paragraph = Words(writer.say("The velocities are differentiated by time once more."))
+    paragraph = Paragraph(writer.say("The velocities are differentiated by time once more."))
     return section(writer.say("Accelerations"), paragraph, *blocks)
 
 
@@ -127,7 +127,7 @@ def displacements(writer: StepsWriter) -> Section | None:
         return None
     return section(
         writer.say("Virtual displacements"),
-        Words(writer.say("Coordinates are displaced at a fixed time:")),
+        Paragraph(writer.say("Coordinates are displaced at a fixed time:")),
         Law(f"{letters.virtual(letters.vector('r'))} = {letters.total('j', chain)}"),
         *blocks,
     )

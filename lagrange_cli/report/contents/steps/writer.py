@@ -18,9 +18,18 @@ from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
+from lagrange_cli.report.inlines import (
+    Expression,
+    Inline,
+    Label,
+    Lettering,
+    Text,
+    routhian,
+    symbol,
+)
+from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import ENGLISH, Language
-from lagrange_cli.report.tree import Formula, Title, Words
-from lagrange_cli.report.writers.letters import Letters
+from lagrange_cli.report.tree import Formula, Paragraph, Title
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -52,6 +61,11 @@ class Writer:
     letters: Letters
     say: Language = ENGLISH
 
+    @property
+    def lettering(self) -> Lettering:
+        """Letters and language."""
+        return Lettering(self.letters, self.say)
+
     @cached_property
     def words(self) -> Vocabulary:
         """Display names of all symbols."""
@@ -64,21 +78,33 @@ class Writer:
     # -- labels ---------------------------------------------------------------------
 
     @cached_property
-    def labels(self) -> dict[str, str]:
+    def labels(self) -> dict[str, Label]:
         """Labels of T, V, L and so on that differ from all names of the scene."""
         names = quantity_labels(self.equations)
-        labels = {short: self.letters.symbol(name) for short, name in names.items()}
+        labels = {short: symbol(name) for short, name in names.items()}
         # Routh's function keeps its letter, in another face.
-        return labels if names["R"] == "R" else {**labels, "R": self.letters.routhian()}
+        return labels if names["R"] == "R" else {**labels, "R": routhian()}
 
-    def coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
-        return self.letters.symbol(coordinate.name, order, coordinate.latex)
+    def coordinate(self, coordinate: Coordinate, order: int = 0) -> Label:
+        return symbol(coordinate.name, order, coordinate.latex)
 
-    def inline(self, expression: Expr) -> str:
+    def inline(self, expression: Expr) -> Inline:
         """Return an expression within a sentence."""
-        return self.letters.inline(self.letters.formula(self.tree(expression)))
+        return Inline(Expression(self.tree(expression)))
 
-    def listed(self, formulas: Sequence[str]) -> str:
+    @cached_property
+    def lettered_labels(self) -> dict[str, str]:
+        """The labels in the letters of the format."""
+        return {short: self.lettering.text(label) for short, label in self.labels.items()}
+
+    def lettered_coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return self.lettering.text(self.coordinate(coordinate, order))
+
+    def lettered_inline(self, expression: Expr) -> str:
+        """Return an expression within a sentence, in the letters of the format."""
+        return self.lettering.text(self.inline(expression))
+
+    def lettered_list(self, formulas: Sequence[str]) -> str:
         """Return formulas within a sentence: ``x, y and z``."""
         inline = [self.letters.inline(f) for f in formulas]
         if len(inline) < 2:
@@ -87,7 +113,7 @@ class Writer:
 
     # -- rows -----------------------------------------------------------------------
 
-    def row(self, label: str, *chain: Expr) -> Formula:
+    def row(self, label: Text, *chain: Expr) -> Formula:
         """``label = first = second``; an expression that reads as the one before is left out."""
         shown: list[DisplayNode] = []
         for expression in chain:
@@ -96,7 +122,7 @@ class Writer:
                 shown.append(node)
         return Formula(label, tuple(shown))
 
-    def sum_row(self, label: str, whole: Expr) -> Formula:
+    def sum_row(self, label: Text, whole: Expr) -> Formula:
         """``label = whole``, or the label alone where the sum is long."""
         node = self.tree(whole)
         short = not isinstance(node, DisplaySum) or len(as_terms(node)) <= _MOST_TERMS
@@ -104,10 +130,10 @@ class Writer:
 
     # -- paragraphs -----------------------------------------------------------------
 
-    def paragraph(self, *sentences: str) -> Words | None:
+    def paragraph(self, *sentences: str) -> Paragraph | None:
         """Return a paragraph of the sentences that are not empty."""
         nonempty = [s for s in sentences if s]
-        return Words(" ".join(nonempty)) if nonempty else None
+        return Paragraph(" ".join(nonempty)) if nonempty else None
 
     def title(self, name: str) -> Title:
         """Return the title of the formulas below it, a name of the scene."""
@@ -136,14 +162,14 @@ class StepsWriter(Writer):
         usual = vocabulary(self.equations, omission=self.omission)
         atoms = dict(usual.atoms)
         written = [term.written for term in (*self.steps.kinetic, *self.steps.potentials)]
-        for symbol in {s for e in written for s in e.free_symbols} - atoms.keys():
+        for name in {s for e in written for s in e.free_symbols} - atoms.keys():
             order = [c.name for c in self.equations.system.cartesian_names]
-            rank = order.index(symbol.name) if symbol.name in order else len(order)
-            atoms[symbol] = symbol_of(symbol.name, Dependence.COORDINATE, rank)
+            rank = order.index(name.name) if name.name in order else len(order)
+            atoms[name] = symbol_of(name.name, Dependence.COORDINATE, rank)
         for rank, name in enumerate(c.name for c in self.equations.system.cartesian_names):
             atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
         for rank, c in enumerate(self.equations.system.coordinates):
-            text = self.letters.virtual(self.coordinate(c))
+            text = self.letters.virtual(self.lettered_coordinate(c))
             atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
         return replace(usual, atoms=atoms)
 
@@ -153,14 +179,14 @@ class StepsWriter(Writer):
         """Return a coordinate or t, as what is differentiated by."""
         for c in self.equations.system.coordinates:
             if symbol == c.q:
-                return self.coordinate(c)
+                return self.lettered_coordinate(c)
         return self.letters.symbol("t")
 
     def cartesian(self, name: str, order: int = 0) -> str:
         """Return a Cartesian name, which may be that of a coordinate."""
         for c in self.equations.system.coordinates:
             if c.name == name:
-                return self.coordinate(c, order)
+                return self.lettered_coordinate(c, order)
         return self.letters.symbol(name, order)
 
     @cached_property
@@ -198,7 +224,7 @@ class StepsWriter(Writer):
         return self.letters.group(written) if isinstance(node, DisplaySum) else written
 
 
-def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Words | None:
+def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Paragraph | None:
     """Give conserved quantities at a start that the scene writes in its parameters.
 
     ``letter``: of a quantity, in the letters of the format.
@@ -208,16 +234,18 @@ def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Words 
         for quantity, value in conserved_at_start(writer.equations)
     ]
     sentence = writer.say("At the start {values}.", values=", ".join(values))
-    return Words(sentence) if values else None
+    return Paragraph(sentence) if values else None
 
 
-def angular_momentum_sentence(writer: Writer, quantity: Conserved, letter: str) -> Words | None:
+def angular_momentum_sentence(writer: Writer, quantity: Conserved, letter: str) -> Paragraph | None:
     """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
     axis = angular_momentum_axis(writer.equations, quantity)
     if axis is None:
         return None
     named = {"momentum": writer.letters.inline(letter), "axis": writer.letters.inline(axis)}
-    return Words(writer.say("{momentum} is the angular momentum about the {axis} axis.", **named))
+    return Paragraph(
+        writer.say("{momentum} is the angular momentum about the {axis} axis.", **named)
+    )
 
 
 def displacement(coordinate: Coordinate) -> Symbol:

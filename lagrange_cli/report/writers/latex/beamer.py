@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.symbols import latex_prose, latex_text
 from lagrange_cli.report.tree import Block, Section, Title
-from lagrange_cli.report.writers.latex.typesetter import letter_count
+from lagrange_cli.report.writers.latex.typesetter import Typesetter, letter_count
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -94,9 +94,14 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     title = latex_prose(equations.presentation.title or equations.presentation.name)
     opening = _Idea(title, "", [latex_prose(equations.presentation.description or "")])
     ideas = [
-        _Idea(section.heading, subtitle, setter.blocks(part), small=section.name == "certificate")
+        _Idea(
+            setter.text(section.heading),
+            subtitle,
+            setter.blocks(part),
+            small=section.name == "certificate",
+        )
         for section in options.sections(equations)
-        for subtitle, part in _ideas(section)
+        for subtitle, part in _ideas(section, setter)
     ]
     frames = [_frame(together) for together in _filled([opening, *ideas])]
     preamble = [
@@ -110,14 +115,14 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     return "\n\n".join("\n".join(filter(None, block)) for block in blocks) + "\n"
 
 
-def _ideas(section: Section) -> Iterator[tuple[str, Section]]:
+def _ideas(section: Section, setter: Typesetter) -> Iterator[tuple[str, Section]]:
     """Return the parts of a section that have a title of their own, each with it."""
     subtitle, gathered = "", list[Block]()
     for block in section.blocks:
         if isinstance(block, Title):
             if gathered:
                 yield subtitle, replace(section, blocks=tuple(gathered))
-            subtitle, gathered = block.text.rstrip(" :\u00a0"), []
+            subtitle, gathered = setter.text(block.text).rstrip(" :\u00a0"), []
         else:
             gathered.append(block)
     if gathered:

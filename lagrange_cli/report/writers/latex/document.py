@@ -54,7 +54,7 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     options = options or LatexOptions()
     setter = options.setter(equations)
     sections = options.sections(equations)
-    body = _kept_together(sections, [setter.section(section) for section in sections])
+    body = _kept_together(setter, sections, [setter.section(section) for section in sections])
     spread = [] if equations.derivation.steps is None else [r"\setlength{\jot}{1ex}"]
     title = latex_prose(equations.presentation.title or equations.presentation.name)
     opening = [
@@ -68,11 +68,13 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
 
-def _kept_together(sections: Sequence[Section], body: list[list[str]]) -> list[list[str]]:
+def _kept_together(
+    setter: Typesetter, sections: Sequence[Section], body: list[list[str]]
+) -> list[list[str]]:
     """Keep the certificate on a page with the end of what stands before it."""
     if len(sections) > 1 and sections[-1].name == "certificate":
         body[-2].insert(0, r"\postdisplaypenalty=10000")
-        heading = rf"\bigskip{{\Large\bfseries {sections[-1].heading}}}"
+        heading = rf"\bigskip{{\Large\bfseries {setter.text(sections[-1].heading)}}}"
         body[-1][0] = rf"\par\nobreak{heading}\par\nobreak\smallskip"
     return body
 
@@ -112,13 +114,17 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
         shown = setter.rows(formulas(rows))
         body = setter.display(shown, "equations", numbered=options.numbered)
         note = writer.left_out()
-        body += [] if note is None else [note.text]
+        body += [] if note is None else [setter.text(note.text)]
     else:
         # Headings within the text fit into any section.
         body = [
             line
             for section in options.sections(equations)
-            for line in (rf"\paragraph{{{section.heading}}}", *setter.blocks(section), "")
+            for line in (
+                rf"\paragraph{{{setter.text(section.heading)}}}",
+                *setter.blocks(section),
+                "",
+            )
         ]
     heading = f"% {title}: {content.about} (needs {needs})\n"
     return heading + options.definitions(equations, body) + "\n".join(body).rstrip() + "\n"
@@ -156,14 +162,17 @@ def equation_latex(equations: Equations, index: int) -> str:
     writer = DocumentWriter(
         equations, LatexLetters(equations), abbreviating=False, written_out=True
     )
-    (row,) = Typesetter().rows(formulas(lagrange_equations(writer)[index : index + 1]))
+    (row,) = Typesetter(writer.lettering).rows(
+        formulas(lagrange_equations(writer)[index : index + 1])
+    )
     return joined(row.pieces)
 
 
 def equations_latex(equations: Equations) -> str:
     """All equations of motion, then those of closures and contacts and what abbreviations stand
     for, in an ``aligned`` environment, without math delimiters; long ones on several lines."""
-    writer, setter = DocumentWriter(equations, LatexLetters(equations)), Typesetter()
+    writer = DocumentWriter(equations, LatexLetters(equations))
+    setter = Typesetter(writer.lettering)
     equation_rows = [*lagrange_equations(writer), *closure_rows(writer), *contact_rows(writer)]
     rows = [replace(row, label="") for row in setter.rows(formulas(equation_rows))]
     for row in setter.rows(formulas(writer.abbreviations())):

@@ -13,8 +13,8 @@ from lagrange_cli.notation.printers.latex import LatexPrinter, latex_number
 from lagrange_cli.notation.printers.typeset import WIDEST_PART
 from lagrange_cli.notation.symbols import latex_name, latex_text, multiplier_symbol, split_name
 from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.families import latex_ranges
-from lagrange_cli.report.writers.document_letters import DocumentLetters
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -137,7 +137,7 @@ def value_latex(number: float, literal: str | None = None) -> str:
 _MOST_COLUMNS = 10
 
 
-class LatexLetters(DocumentLetters):
+class LatexLetters(Letters):
     """Letters of mathematics in LaTeX."""
 
     dot_product = r" \cdot "
@@ -147,7 +147,7 @@ class LatexLetters(DocumentLetters):
     at_most_sign = r"\le"
     imaginary = r"\mathrm{i}"
 
-    def __init__(self, equations: Equations, macros: Macros | None = None) -> None:
+    def __init__(self, equations: Equations | None = None, macros: Macros | None = None) -> None:
         super().__init__(equations)
         self._printer = LatexPrinter() if macros is None else MacroPrinter(macros)
 

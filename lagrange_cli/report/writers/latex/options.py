@@ -117,7 +117,13 @@ class LatexOptions:
         picture = tikz_picture(equations, self._points) if "sketch" in self.parts else ""
         rows = 6 if self.style == "beamer" else 24
         return Typesetter(
-            self._columns, self.numbered, equations.presentation.name, picture, rows, self.macros
+            self.writer(equations).lettering,
+            self._columns,
+            self.numbered,
+            equations.presentation.name,
+            picture,
+            rows,
+            self.macros,
         )
 
     def definitions(self, equations: Equations, body: Iterable[str]) -> str:

@@ -15,11 +15,11 @@ from lagrange_cli.report.tree import (
     Bullets,
     Formulas,
     Law,
+    Paragraph,
     Picture,
     Section,
     Table,
     Title,
-    Words,
 )
 from lagrange_cli.report.writers.latex.letters import MacroPrinter, Macros
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
@@ -89,7 +89,7 @@ class Typesetter(RowSetter):
 
     def section(self, section: Section) -> list[str]:
         """Return the heading of a section and its blocks."""
-        return [rf"\section*{{{section.heading}}}", *self.blocks(section)]
+        return [rf"\section*{{{self.text(section.heading)}}}", *self.blocks(section)]
 
     def blocks(self, section: Section) -> list[str]:
         """Return the blocks of a section without its heading."""
@@ -97,18 +97,22 @@ class Typesetter(RowSetter):
 
     def _block(self, block: Block, part: str) -> list[str]:
         match block:
-            case Words(text):
-                return [text]
+            case Paragraph(text):
+                return [self.text(text)]
             case Title(text):
-                return ["", text]
+                return ["", self.text(text)]
             case Law(text, ends):
-                return self._law(text, "" if ends else _UNBROKEN)
+                return self._law(self.text(text), "" if ends else _UNBROKEN)
             case Formulas(_, result):
                 return self.display(self.rows(block), part, numbered=result and self.numbered)
             case Table():
                 return self._table(block)
             case Bullets(items):
-                return [_BULLETS, *(rf"  \item {item}" for item in items), r"\end{itemize}"]
+                return [
+                    _BULLETS,
+                    *(rf"  \item {item}" for item in map(self.text, items)),
+                    r"\end{itemize}",
+                ]
             case Picture():
                 return [r"\begin{center}", self.picture, r"\end{center}"]
 
@@ -173,30 +177,39 @@ class Typesetter(RowSetter):
 
     def _table(self, table: Table) -> list[str]:
         """Return the lines of a table; a long one is several, between which pages may end."""
-        lines = (table.heads, *table.rows)
+        lines = [list(map(self.text, row)) for row in (table.heads, *table.rows)]
         widths = [max(map(letter_count, column)) + 3 for column in zip(*lines, strict=True)]
         fits = sum(widths) <= self.columns
-        parts = range(0, len(table.rows), self.most_rows)
-        return [line for start in parts for line in self._part(table, start, fits=fits)]
+        columns = self._columns(table, fits=fits)
+        heads, *rows = lines
+        parts = range(0, len(rows), self.most_rows)
+        shown = (_part(columns, heads, rows[k : k + self.most_rows], fits=fits) for k in parts)
+        return [line for part in shown for line in part]
 
-    def _part(self, table: Table, start: int, *, fits: bool) -> list[str]:
+    def _columns(self, table: Table, *, fits: bool) -> str:
         prose = "l" if fits else r">{\raggedright\arraybackslash\hspace{0pt}}X"
-        columns = "".join(prose if head == table.prose else "l" for head in table.heads)
-        name, size = ("tabular", "") if fits else ("tabularx", r"{\linewidth}")
-        return [
-            r"\par\medskip" if fits else r"\par\medskip{\setlength{\tabcolsep}{3pt}",
-            rf"\begin{{{name}}}{size}{{@{{}}{columns}@{{}}}}",
-            r"  \toprule",
-            _cells(table.heads),
-            r"  \midrule",
-            *map(_cells, table.rows[start : start + self.most_rows]),
-            r"  \bottomrule",
-            rf"\end{{{name}}}" + ("" if fits else "}"),
-        ]
+        return "".join(prose if head == table.prose else "l" for head in table.heads)
 
     def _label(self, part: str) -> str:
         number = self.counts[part] = self.counts.get(part, 0) + 1
         return rf"\label{{eq:{self.stem}:{part}:{number}}}"
+
+
+def _part(
+    columns: str, heads: Sequence[str], rows: Sequence[Sequence[str]], *, fits: bool
+) -> list[str]:
+    """Return the lines of a table that is kept on one page."""
+    name, size = ("tabular", "") if fits else ("tabularx", r"{\linewidth}")
+    return [
+        r"\par\medskip" if fits else r"\par\medskip{\setlength{\tabcolsep}{3pt}",
+        rf"\begin{{{name}}}{size}{{@{{}}{columns}@{{}}}}",
+        r"  \toprule",
+        _cells(heads),
+        r"  \midrule",
+        *map(_cells, rows),
+        r"  \bottomrule",
+        rf"\end{{{name}}}" + ("" if fits else "}"),
+    ]
 
 
 #: Where a general formula may be broken.

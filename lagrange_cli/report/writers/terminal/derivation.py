@@ -127,23 +127,24 @@ def with_steps(
     """Return the derivation line by line."""
     from lagrange_cli.report.contents.steps.board import conclusions, working
     from lagrange_cli.report.contents.steps.writer import StepsWriter
-    from lagrange_cli.report.writers.terminal.sections import section_writers, text_letters
+    from lagrange_cli.report.writers.terminal.sections import SectionRows, text_letters
 
     letters = text_letters(ascii=isinstance(writer.printer, ScenePrinter))
     omission = writer.words.omission
     board = StepsWriter(writer.equations, letters, writer.say, steps=steps, omission=omission)
+    rows = SectionRows(board.lettering, writer.printer)
     above: _Parts = (
         ("system", partial(parameters, writer)),
         ("account constraints", lambda: account(writer, positions=False)),
         ("system energies", partial(inputs, writer)),
-        *section_writers(working(board), writer.printer),
+        *rows.each(working(board)),
         *(equations_in(writer, form) if form != "lagrange" else ()),
         ("equations constraints", partial(contacts, writer)),
     )
     below: _Parts = (
         ("result", lambda: result(writer, form) if steps.of_motion else []),
         ("forces", partial(constraint_forces, writer)),
-        *section_writers(conclusions(board), writer.printer),
+        *rows.each(conclusions(board)),
         ("initial", partial(initial, writer)),
         ("equations", partial(outputs, writer)),
         ("certificate", partial(certificate, writer)),
@@ -214,7 +215,7 @@ def equations_in(writer: TextWriter, form: str) -> _Parts:
         from lagrange_cli.report.contents.forms.contents import form_sections
         from lagrange_cli.report.contents.steps.writer import Writer
         from lagrange_cli.report.tree import Law
-        from lagrange_cli.report.writers.terminal.sections import section_rows, text_letters
+        from lagrange_cli.report.writers.terminal.sections import SectionRows, text_letters
 
         is_lowered = isinstance(writer.printer, UnicodePrinter) and writer.printer.lowered
         is_ascii = isinstance(writer.printer, ScenePrinter)
@@ -223,8 +224,8 @@ def equations_in(writer: TextWriter, form: str) -> _Parts:
         for whole in form_sections(form, document, writer.words, writer.noted):
             # Laws are for documents and boards.
             blocks = tuple(b for b in whole.blocks if not isinstance(b, Law))
-            rows = section_rows(replace(whole, blocks=blocks), writer.printer, indent=2)
-            yield "equations", partial(list[Row], rows)
+            rows = SectionRows(document.lettering, writer.printer, margin=2)
+            yield "equations", partial(rows.section, replace(whole, blocks=blocks))
 
 
 def left_out(writer: TextWriter) -> list[Row]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from unicodedata import combining
 
@@ -11,8 +11,10 @@ from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.page import Row, formula, words
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.report.contents.steps.board import Sections
-from lagrange_cli.report.tree import Block, Formula, Formulas, Law, Section, Title, Words
-from lagrange_cli.report.writers.letters import AsciiLetters, Letters, UnicodeLetters
+from lagrange_cli.report.inlines import Lettering
+from lagrange_cli.report.letters import Letters
+from lagrange_cli.report.tree import Block, Formula, Formulas, Law, Paragraph, Section, Title
+from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 
 #: Columns before paragraphs, and before laws and labels.
 _WORDS_INDENT, _FORMULA_INDENT = 2, 4
@@ -26,63 +28,71 @@ def text_letters(*, ascii: bool, lowered: bool = False) -> Letters:
     return AsciiLetters() if ascii else UnicodeLetters(lowered=lowered)
 
 
-def section_writers(
-    sections: Sections, printer: OneLinePrinter
-) -> Iterator[tuple[str, Callable[[], list[Row]]]]:
-    """Yield the parts of each section with a function that writes its rows, the heading first."""
-    return ((parts, partial(_written, write, printer)) for parts, write in sections)
+@dataclass(frozen=True)
+class SectionRows:
+    """Writes sections of a tree as rows.
 
+    Attributes
+    ----------
+    lettering
+        Letters and language.
+    printer
+        Prints expressions.
+    margin
+        Columns before formulas.
+    """
 
-def _written(write: Callable[[], Section | None], printer: OneLinePrinter) -> list[Row]:
-    section = write()
-    return [] if section is None else section_rows(section, printer)
+    lettering: Lettering
+    printer: OneLinePrinter
+    margin: int = _FORMULA_INDENT
 
+    def each(self, sections: Sections) -> Iterator[tuple[str, Callable[[], list[Row]]]]:
+        """Yield the parts of each section with a function that writes its rows."""
+        return ((parts, partial(self._written, write)) for parts, write in sections)
 
-def section_rows(
-    section: Section, printer: OneLinePrinter, indent: int = _FORMULA_INDENT
-) -> list[Row]:
-    """Return the rows of a section, its heading first; formulas are indented."""
-    body = [row for block in section.blocks for row in _rows(block, printer, indent)]
-    return [Row(section.heading, role="heading"), *body]
+    def _written(self, write: Callable[[], Section | None]) -> list[Row]:
+        section = write()
+        return [] if section is None else self.section(section)
 
+    def section(self, section: Section) -> list[Row]:
+        """Return the rows of a section, its heading first; formulas are indented."""
+        body = [row for block in section.blocks for row in self._block(block)]
+        return [Row(self.lettering.text(section.heading), role="heading"), *body]
 
-def _rows(block: Block, printer: OneLinePrinter, margin: int) -> list[Row]:
-    if isinstance(block, Formulas):
-        return _aligned(block.rows, printer, margin)
-    assert isinstance(block, Words | Title | Law)
-    indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
-    return [Row("", " " * indent, words(block.text))]
+    def _block(self, block: Block) -> list[Row]:
+        if isinstance(block, Formulas):
+            return self._aligned(block.rows)
+        assert isinstance(block, Paragraph | Title | Law)
+        indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
+        return [Row("", " " * indent, words(self.lettering.text(block.text)))]
 
+    def _aligned(self, rows: Sequence[Formula]) -> list[Row]:
+        """Return rows with their first signs of equality below each other."""
+        widths = [columns(self.lettering.text(row.label)) for row in rows]
+        aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
+        indents = [self.margin + (max(0, aligned - width) if width else 0) for width in widths]
+        return [self._row(row, " " * n) for row, n in zip(rows, indents, strict=True)]
 
-def _aligned(rows: Iterable[Formula], printer: OneLinePrinter, margin: int) -> list[Row]:
-    """Return rows with their first signs of equality below each other."""
-    rows = list(rows)
-    widths = [columns(row.label) for row in rows if row.label]
-    aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
-    shown = []
-    for row in rows:
-        indent = margin + (max(0, aligned - columns(row.label)) if row.label else 0)
-        shown.append(_row(row, " " * indent, printer))
-    return shown
-
-
-def _row(row: Formula, indent: str, printer: OneLinePrinter) -> Row:
-    """A label and what it equals one after the other; lines go on at signs of equality first."""
-    bodies = [printer.pieces(node) for node in row.chain]
-    if not row.label:
-        name = f"{indent}{row.name}" if row.name else ""
-        lead = "   " if row.name else indent
-        return formula(name, lead, suffixed(bodies[0], " = 0", 4), "name" if name else "")
-    pieces = [piece for body in bodies for piece in _equal(body)]
-    if row.middle:
-        pieces = [*_equal([Piece(row.middle, columns(row.middle))]), *pieces]
-    # Signs of equality stand below each other, one column after the label's last letter.
-    label = indent + row.label
-    place = max(k for k, c in enumerate(label) if not combining(c))
-    first = pieces[0]
-    width = first.width + columns(label[place:])
-    pieces[0] = replace(first, text=f"{label[place:]} = {first.text}", width=width, separator="")
-    return formula("", label[:place], pieces, "")
+    def _row(self, row: Formula, indent: str) -> Row:
+        """A label and what it equals one after the other; a line ends at signs of equality."""
+        bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
+        label, name, middle = map(self.lettering.text, (row.label, row.name, row.middle))
+        if not label:
+            shown = suffixed(bodies[0], " = 0", 4)
+            if name:
+                return formula(f"{indent}{name}", "   ", shown)
+            return formula("", indent, shown, "")
+        pieces = [piece for body in bodies for piece in _equal(body)]
+        if middle:
+            pieces = [*_equal([Piece(middle, columns(middle))]), *pieces]
+        # Signs of equality stand below each other, one column after the label's last letter.
+        label = indent + label
+        place = max(k for k, c in enumerate(label) if not combining(c))
+        first = pieces[0]
+        width = first.width + columns(label[place:])
+        text = f"{label[place:]} = {first.text}"
+        pieces[0] = replace(first, text=text, width=width, separator="")
+        return formula("", label[:place], pieces, "")
 
 
 def _equal(body: list[Piece]) -> list[Piece]:

@@ -21,9 +21,9 @@ from lagrange_cli.notation.printers.typst import (
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.contents.derivation.contents import Content, asked_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.families import typst_ranges
 from lagrange_cli.report.phrases.language import language
-from lagrange_cli.report.writers.document_letters import DocumentLetters
 from lagrange_cli.report.writers.typst.typesetter import Typesetter
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _PRINTER = TypstPrinter()
 
 
-class TypstLetters(DocumentLetters):
+class TypstLetters(Letters):
     """Letters of mathematics in Typst."""
 
     dot_product = " dot.op "
@@ -165,9 +165,9 @@ def emit_typst(
         An expression has no exact form in print.
     """
     content = content or asked_content(equations, options)
-    setter, say = Typesetter(stem=equations.presentation.name), language(str(options["language"]))
-    written_out = bool(options["written_out"])
+    say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
+    setter = Typesetter(writer.lettering, stem=equations.presentation.name)
     sections = content.sections(writer, setter.columns)
     blocks = [_opening(equations, say.code, content.about), *_body(sections, setter)]
     return {

@@ -8,16 +8,17 @@ from dataclasses import dataclass, field
 
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.typst import CONTINUED, TypstPrinter, balanced
+from lagrange_cli.report.inlines import Text
 from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Formulas,
     Law,
+    Paragraph,
     Picture,
     Section,
     Table,
     Title,
-    Words,
 )
 from lagrange_cli.report.writers.rows import FormulaRow, RowSetter
 
@@ -58,7 +59,7 @@ class Typesetter(RowSetter):
 
     def section(self, section: Section) -> list[str]:
         """Return the heading of a section and its blocks."""
-        return [f"= {section.heading}", *self.blocks(section)]
+        return [f"= {self.text(section.heading)}", *self.blocks(section)]
 
     def blocks(self, section: Section) -> list[str]:
         """Return the blocks of a section without its heading."""
@@ -66,19 +67,19 @@ class Typesetter(RowSetter):
 
     def _block(self, block: Block, part: str) -> Iterator[str]:
         match block:
-            case Words(text):
-                yield text
+            case Paragraph(text):
+                yield self.text(text)
             case Title(text):
-                yield from ("", text)
+                yield from ("", self.text(text))
             case Law(text):
-                yield f"$ {text} $"
+                yield f"$ {self.text(text)} $"
             case Formulas(_, result):
                 rows = self.rows(block)
                 yield from self.numbered(rows, part) if result else [self._display(rows)]
             case Table():
-                yield from _table(block)
+                yield from self._table(block)
             case Bullets(items):
-                yield from (f"- {item}" for item in items)
+                yield from (f"- {item}" for item in map(self.text, items))
             case Picture():
                 pass
 
@@ -102,6 +103,22 @@ class Typesetter(RowSetter):
         shown = "$ " + " \\\n  ".join(lines) + f" ${label}"
         return shown if len(lines) <= _MOST_LINES else f"#long[{shown}]"
 
+    # -- tables ---------------------------------------------------------------------
+
+    def _table(self, table: Table) -> Iterator[str]:
+        """Return a table between lines; a long one runs over pages."""
+        widths = ", ".join("1fr" if head == table.prose else "auto" for head in table.heads)
+        yield "#table("
+        yield f"  columns: ({widths},), stroke: none, table.hline(),"
+        yield f"  table.header({self._cells(table.heads)}), table.hline(),"
+        for row in table.rows:
+            yield f"  {self._cells(row)},"
+        yield "  table.hline(),"
+        yield ")"
+
+    def _cells(self, row: Sequence[Text]) -> str:
+        return ", ".join(f"[{self.text(cell)}]" for cell in row)
+
 
 def _lines(row: FormulaRow, available: float) -> Iterator[str]:
     lines = break_lines(row.pieces, available, available - 4, step=2)
@@ -109,15 +126,3 @@ def _lines(row: FormulaRow, available: float) -> Iterator[str]:
     yield f"{row.label} & {first}".lstrip()
     for line, text in zip(lines[1:], others, strict=True):
         yield f"& #h({1.5 + 0.8 * line.level:g}em) {CONTINUED}{text}"
-
-
-def _table(table: Table) -> Iterator[str]:
-    """Return a table between lines; a long one runs over pages."""
-    widths = ", ".join("1fr" if head == table.prose else "auto" for head in table.heads)
-    yield "#table("
-    yield f"  columns: ({widths},), stroke: none, table.hline(),"
-    yield f"  table.header({', '.join(f'[{head}]' for head in table.heads)}), table.hline(),"
-    for row in table.rows:
-        yield f"  {', '.join(f'[{cell}]' for cell in row)},"
-    yield "  table.hline(),"
-    yield ")"

@@ -1,99 +1,21 @@
-"""Labels and general formulas of steps in the letters of a format: ``∂x/∂θ``, ``δr``, ``Σ``."""
+"""Letters of a terminal: Unicode, and those of seven bits that the scene language has."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import escape_controls
+from lagrange_cli.notation.layout import width
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode
+from lagrange_cli.report.letters import Letters
+from lagrange_cli.report.phrases.families import text_ranges
 
-
-class Letters(ABC):
-    """Letters of one format.
-
-    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``at_most_sign``
-    is ≤, ``comma`` stands between formulas of one display.
-    """
-
-    comma = ", "
-    at_most_sign = "≤"
-    dot_product: str
-    virtual_work: str
-
-    @abstractmethod
-    def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
-        """Return a name of the scene, or one like it, with its dots."""
-
-    @abstractmethod
-    def vector(self, letter: str, order: int = 0) -> str:
-        """Return a vector of particle i."""
-
-    @abstractmethod
-    def partial(self, symbol: str, by: str) -> str:
-        """Return a partial derivative."""
-
-    @abstractmethod
-    def bracket(self, first: str, second: str) -> str:
-        """Return a Poisson bracket."""
-
-    @abstractmethod
-    def rate(self, symbol: str) -> str:
-        """Return a total time derivative."""
-
-    @abstractmethod
-    def virtual(self, symbol: str) -> str:
-        """Return a virtual displacement."""
-
-    @abstractmethod
-    def square(self, symbol: str) -> str:
-        """Return the square of a symbol."""
-
-    @abstractmethod
-    def routhian(self) -> str:
-        """Return the letter of Routh's function where the scene has an R of its own."""
-
-    @abstractmethod
-    def below(self, letter: str, index: str) -> str:
-        """Return a letter with a symbol as its index."""
-
-    @abstractmethod
-    def total(self, index: str, body: str) -> str:
-        """Return a sum over an index."""
-
-    @abstractmethod
-    def times(self, first: str, second: str) -> str:
-        """Return a product."""
-
-    @abstractmethod
-    def named(self, name: str) -> str:
-        """Return a term of the scene, by its name, as a label."""
-
-    @abstractmethod
-    def formula(self, node: DisplayNode) -> str:
-        """Return an expression on one line."""
-
-    @abstractmethod
-    def number(self, value: float) -> str:
-        """Return a small number, in one digit."""
-
-    @abstractmethod
-    def inline(self, formula: str) -> str:
-        """Return a formula within a sentence."""
-
-    @abstractmethod
-    def words(self, text: str) -> str:
-        """Text of a scene within a sentence."""
-
-    def prose(self, text: str) -> str:
-        """Return a title or description of a scene, which may hold formulas between dollars."""
-        return self.words(text)
-
-    def group(self, body: str) -> str:
-        """Return a sum that is a factor."""
-        return f"({body})"
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.families.forms import Range
 
 
 class UnicodeLetters(Letters):
@@ -103,6 +25,7 @@ class UnicodeLetters(Letters):
     virtual_work = "δW"
 
     def __init__(self, *, lowered: bool = False) -> None:
+        super().__init__()
         self._printer: OneLinePrinter = UnicodePrinter(lowered=lowered)
 
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
@@ -141,6 +64,39 @@ class UnicodeLetters(Letters):
     def named(self, name: str) -> str:
         return escape_controls(name)
 
+    def upright(self, phrase: str) -> str:
+        return phrase
+
+    def typed(self, text: str) -> str:
+        return text
+
+    def unit(self, text: str) -> str:
+        return escape_controls(text)
+
+    def value(self, number: float, literal: str | None = None) -> str:
+        return (repr(number) if literal is None else literal).removesuffix(".0")
+
+    def bold(self, letter: str, order: int = 0) -> str:
+        return self.symbol(letter, order)
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        return f"[{'; '.join(', '.join(row) for row in rows)}]"
+
+    def room(self, node: DisplayNode) -> float:
+        return width(self._printer.pieces(node))
+
+    def at_least(self, symbol: str) -> str:
+        return f"{symbol} {self.at_least_sign} 0"
+
+    def differential(self, symbol: str) -> str:
+        return f"d{symbol}/dt"
+
+    def size(self, symbol: str) -> str:
+        return f"|{symbol}|"
+
+    def ranges(self, ranges: Sequence[Range]) -> str:
+        return text_ranges(ranges, ascii=False)
+
     def formula(self, node: DisplayNode) -> str:
         return self._printer.inline(node)
 
@@ -157,11 +113,13 @@ class UnicodeLetters(Letters):
 class AsciiLetters(UnicodeLetters):
     """Letters of seven bits, those of the scene language."""
 
+    at_least_sign = ">="
     at_most_sign = "<="
     dot_product = " . "
     virtual_work = "delta(W)"
 
     def __init__(self) -> None:
+        super().__init__()
         self._printer = ScenePrinter()
 
     def partial(self, symbol: str, by: str) -> str:
@@ -169,6 +127,12 @@ class AsciiLetters(UnicodeLetters):
 
     def virtual(self, symbol: str) -> str:
         return f"delta({symbol})"
+
+    def differential(self, symbol: str) -> str:
+        return f"d({symbol})/dt"
+
+    def ranges(self, ranges: Sequence[Range]) -> str:
+        return text_ranges(ranges, ascii=True)
 
     def square(self, symbol: str) -> str:
         return f"{symbol}^2"
