@@ -1,8 +1,8 @@
 """The phrase catalogue: sentences between formulas in English, German and French.
 
-Values of mechanics and a language go in; phrases come out, without markup of a format. English
+A language goes in; phrases come out, without markup of a format. English
 phrases stand in the code that says them and are the keys of the catalogues ``de.yaml`` and
 ``fr.yaml``, which have a translation of each. Read :mod:`.language` first.
 """
 
-__all__ = ["equations", "families", "forces", "language"]
+__all__ = ["language"]

@@ -21,8 +21,8 @@ from lagrange_cli.notation.printers.latex import LatexPrinter
 from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter, matrix
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 from lagrange_cli.notation.vocabulary import vocabulary
-from lagrange_cli.report.phrases.equations import undecided
-from lagrange_cli.report.phrases.forces import forces_report
+from lagrange_cli.report.contents.forces import forces_report
+from lagrange_cli.report.contents.sentences import undecided
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -37,8 +37,8 @@ from lagrange_cli.report.contents.analysis.wording import (
     unproven_lines,
     verdict_word,
 )
+from lagrange_cli.report.contents.sentences import none_conserved_line
 from lagrange_cli.report.document_options import MOST_LISTED
-from lagrange_cli.report.phrases.equations import none_conserved_line
 from lagrange_cli.report.phrases.language import ENGLISH, Language, language
 from lagrange_cli.report.writers.terminal.conserved import conserved_row, energy
 from lagrange_cli.report.writers.terminal.writer import TextWriter, title_row

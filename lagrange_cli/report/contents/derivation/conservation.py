@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
 from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.contents.steps.writer import angular_momentum_sentence, start_sentence
-from lagrange_cli.report.phrases.equations import (
+from lagrange_cli.report.contents.sentences import (
     conserved_reason,
     energy_is_sum,
     energy_letter,
@@ -20,6 +19,7 @@ from lagrange_cli.report.phrases.equations import (
     sum_line,
     undecided,
 )
+from lagrange_cli.report.contents.steps.writer import angular_momentum_sentence, start_sentence
 from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:

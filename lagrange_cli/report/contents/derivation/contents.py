@@ -16,11 +16,11 @@ from lagrange_cli.report.contents.derivation.freedom import freedom
 from lagrange_cli.report.contents.derivation.motion import closures, contacts, motion, result
 from lagrange_cli.report.contents.derivation.system import inputs, outputs, system
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
 from lagrange_cli.report.contents.steps.board import conclusions, working
 from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.document_options import sections_of
-from lagrange_cli.report.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.report.tree import (
     Block,
     Formula,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from lagrange_cli.notation.labels import has_kinetic_energy
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.phrases.equations import is_generalized_potential, without_line
+from lagrange_cli.report.contents.sentences import is_generalized_potential, without_line
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas, section
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.phrases.equations import (
+from lagrange_cli.report.contents.families import account_lines, coordinates_by_ranges
+from lagrange_cli.report.contents.sentences import (
     common_kind,
     counting,
     implied_line,
     telling_definitions,
 )
-from lagrange_cli.report.phrases.families import account_lines, coordinates_by_ranges
 from lagrange_cli.report.statements import statement_of
 from lagrange_cli.report.tree import (
     Block,

@@ -14,12 +14,12 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
 from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.build import display_row, display_sum
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.contents.steps.by_lagrange import lagrange_law
-from lagrange_cli.report.phrases.equations import (
+from lagrange_cli.report.contents.sentences import (
     divisor_and_factor,
     explicit_line,
     multipliers_line,
 )
+from lagrange_cli.report.contents.steps.by_lagrange import lagrange_law
 from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:

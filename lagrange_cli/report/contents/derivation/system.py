@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.initial_state import exact_value
 from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.phrases.equations import recorded_line
-from lagrange_cli.report.phrases.families import sizes_line
+from lagrange_cli.report.contents.families import sizes_line
+from lagrange_cli.report.contents.sentences import recorded_line
 from lagrange_cli.report.tree import Block, Paragraph, Section, Table, formulas, section
 
 if TYPE_CHECKING:

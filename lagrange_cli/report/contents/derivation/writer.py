@@ -15,10 +15,10 @@ from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated, vocabulary
+from lagrange_cli.report.contents.families import with_families
+from lagrange_cli.report.contents.sentences import omission_told, operations_told
 from lagrange_cli.report.contents.steps.writer import Writer
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.equations import omission_told, operations_told
-from lagrange_cli.report.phrases.families import with_families
 from lagrange_cli.report.tree import Formula, Paragraph
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from lagrange_cli.report.contents.forms.hamiltonian import hamiltonian_sections
 from lagrange_cli.report.contents.forms.routhian import routhian_sections
 from lagrange_cli.report.contents.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.report.contents.forms.writer import FormWriter
-from lagrange_cli.report.phrases.equations import explicit_line
+from lagrange_cli.report.contents.sentences import explicit_line
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import sympy
 from lagrange_cli.analysis.forms.hamiltonian import Hamiltonian, hamiltonian_form
 from lagrange_cli.report.contents.forms.brackets import bracket_sections
 from lagrange_cli.report.contents.forms.writer import FormWriter, certified
+from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.contents.steps.writer import sum_of
-from lagrange_cli.report.phrases.equations import is_generalized_potential
 from lagrange_cli.report.tree import Law, Paragraph, Section, formulas
 
 if TYPE_CHECKING:

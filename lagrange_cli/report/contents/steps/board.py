@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
+from lagrange_cli.report.contents.sentences import energy_is_sum, only_between_impacts
 from lagrange_cli.report.contents.steps import (
     by_dalembert,
     by_lagrange,
@@ -21,7 +22,6 @@ from lagrange_cli.report.contents.steps.writer import (
     angular_momentum_sentence,
     start_sentence,
 )
-from lagrange_cli.report.phrases.equations import energy_is_sum, only_between_impacts
 from lagrange_cli.report.phrases.language import ENGLISH, Language
 from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas, section
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from lagrange_cli.report.contents.forces import force_rows
+from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.contents.steps.by_lagrange import equation, lagrange_law, multiplier_terms
 from lagrange_cli.report.contents.steps.energies import lagrangian_row
 from lagrange_cli.report.contents.steps.writer import StepsWriter, sum_of
-from lagrange_cli.report.phrases.equations import is_generalized_potential
-from lagrange_cli.report.phrases.forces import force_rows
 from lagrange_cli.report.tree import (
     Block,
     Formula,

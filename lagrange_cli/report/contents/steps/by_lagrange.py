@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_terms
+from lagrange_cli.report.contents.sentences import divisor_and_factor, multipliers_line
 from lagrange_cli.report.contents.steps.writer import StepsWriter, Writer, sum_of
-from lagrange_cli.report.phrases.equations import divisor_and_factor, multipliers_line
 from lagrange_cli.report.tree import (
     Block,
     Formula,

@@ -10,8 +10,8 @@ import sympy
 
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.labels import has_kinetic_energy
+from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.contents.steps.writer import StepsWriter, is_own_coordinate, sum_of
-from lagrange_cli.report.phrases.equations import is_generalized_potential
 from lagrange_cli.report.tree import (
     Block,
     Formula,

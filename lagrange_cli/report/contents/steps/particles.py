@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.step_values import rate_symbol
+from lagrange_cli.report.contents.sentences import telling_definitions
 from lagrange_cli.report.contents.steps.writer import StepsWriter, displacement, is_own_coordinate
-from lagrange_cli.report.phrases.equations import telling_definitions
 from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:

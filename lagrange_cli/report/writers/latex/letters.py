@@ -14,7 +14,7 @@ from lagrange_cli.notation.printers.typeset import WIDEST_PART
 from lagrange_cli.notation.symbols import latex_name, latex_text, multiplier_symbol, split_name
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.families import latex_ranges
+from lagrange_cli.report.ranges import latex_ranges
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

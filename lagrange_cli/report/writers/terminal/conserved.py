@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.labels import quantity_labels
 from lagrange_cli.notation.layout import Piece, added, columns, joined
 from lagrange_cli.notation.page import Block, Row, formula, words
-from lagrange_cli.report.phrases.equations import (
+from lagrange_cli.report.contents.sentences import (
     conserved_reason,
     energy_is_sum,
     energy_letter,

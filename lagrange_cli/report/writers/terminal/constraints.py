@@ -7,8 +7,8 @@ from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.labels import multiplier_label
 from lagrange_cli.notation.layout import columns, joined, suffixed
 from lagrange_cli.notation.page import Row, formula, words
-from lagrange_cli.report.phrases.equations import contacts_lines, multipliers_line
-from lagrange_cli.report.phrases.forces import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_line, reaction_rows
+from lagrange_cli.report.contents.sentences import contacts_lines, multipliers_line
 from lagrange_cli.report.writers.terminal.writer import TextWriter, heading_row, leads_after
 
 

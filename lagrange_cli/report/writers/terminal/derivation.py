@@ -16,8 +16,8 @@ from lagrange_cli.notation.page import USUAL_WIDTH, Block, Page, Row, page, word
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.vocabulary import Omission, unabbreviated, vocabulary
+from lagrange_cli.report.contents.sentences import certificate_line, omission_told, operations_told
 from lagrange_cli.report.document_options import TEXT_OPTIONS, sections_of
-from lagrange_cli.report.phrases.equations import certificate_line, omission_told, operations_told
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.writers.terminal.conserved import conserved, energy
 from lagrange_cli.report.writers.terminal.constraints import closures, constraint_forces, contacts

@@ -9,7 +9,7 @@ from lagrange_cli.mechanics.families.forms import Form
 from lagrange_cli.notation.labels import quantity_labels
 from lagrange_cli.notation.layout import Piece, added
 from lagrange_cli.notation.page import USUAL_WIDTH, Block, Row, formula, words
-from lagrange_cli.report.phrases.equations import (
+from lagrange_cli.report.contents.sentences import (
     is_generalized_potential,
     recorded_line,
     without_line,

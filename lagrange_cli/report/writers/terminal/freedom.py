@@ -13,19 +13,15 @@ from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, suffixed
 from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.scene_language import ScenePrinter
-from lagrange_cli.report.phrases.equations import (
+from lagrange_cli.report.contents.families import account_lines, coordinates_by_ranges, sizes_line
+from lagrange_cli.report.contents.sentences import (
     choice_line,
     common_kind,
     counting,
     implied_line,
     telling_definitions,
 )
-from lagrange_cli.report.phrases.families import (
-    account_lines,
-    coordinates_by_ranges,
-    sizes_line,
-    text_ranges,
-)
+from lagrange_cli.report.ranges import text_ranges
 from lagrange_cli.report.statements import statement_of
 from lagrange_cli.report.writers.terminal.writer import (
     TextWriter,

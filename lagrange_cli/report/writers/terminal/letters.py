@@ -12,7 +12,7 @@ from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.families import text_ranges
+from lagrange_cli.report.ranges import text_ranges
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.families.forms import Range

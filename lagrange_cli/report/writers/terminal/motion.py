@@ -16,7 +16,7 @@ from lagrange_cli.notation.labels import quantity_labels
 from lagrange_cli.notation.layout import Piece, joined, suffixed
 from lagrange_cli.notation.page import Row, formula, words
 from lagrange_cli.notation.scene_language import ScenePrinter
-from lagrange_cli.report.phrases.equations import divisor_and_factor, explicit_line
+from lagrange_cli.report.contents.sentences import divisor_and_factor, explicit_line
 from lagrange_cli.report.writers.terminal.writer import TextWriter, heading_row, leads_after
 
 if TYPE_CHECKING:

@@ -21,12 +21,10 @@ from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Vocabulary
+from lagrange_cli.report.contents.families import with_families
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS
-from lagrange_cli.report.phrases.families import (
-    text_ranges,
-    with_families,
-)
 from lagrange_cli.report.phrases.language import ENGLISH, Language
+from lagrange_cli.report.ranges import text_ranges
 
 if TYPE_CHECKING:
     from sympy import Expr

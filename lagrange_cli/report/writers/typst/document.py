@@ -22,8 +22,8 @@ from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.contents.derivation.contents import Content, asked_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.families import typst_ranges
 from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.ranges import typst_ranges
 from lagrange_cli.report.writers.typst.typesetter import Typesetter
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Ranges of indices as pages say them: ``i, j = 1 … n``."""
+"""Rows of families: elements that are alike but for their indices stand as one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lagrange_cli.report.phrases.equations import common_kind, remark_on
+from lagrange_cli.report.contents.sentences import common_kind, remark_on
 from lagrange_cli.report.phrases.language import ENGLISH, Language
 
 if TYPE_CHECKING:
@@ -80,44 +80,6 @@ def account_lines(
     return account
 
 
-def grouped_ranges(ranges: Sequence[Range]) -> list[tuple[list[str], str, str]]:
-    """Return letters that run between the same ends, with these."""
-    groups: dict[tuple[str, str], list[str]] = {}
-    for span in ranges:
-        groups.setdefault((str(span.first), str(span.last)), []).append(span.letter.name)
-    return [(letters, first, last) for (first, last), letters in groups.items()]
-
-
-def text_ranges(ranges: Sequence[Range], *, ascii: bool) -> str:
-    """``i = 1 … n``, in ASCII as the scene language has it: ``i=1..n``."""
-    if ascii:
-        return ", ".join(f"{r.letter}={r.first}..{r.last}" for r in ranges)
-    return ", ".join(
-        f"{', '.join(letters)} = {_spaced(first)} … {_spaced(last)}"
-        for letters, first, last in grouped_ranges(ranges)
-    )
-
-
-def latex_ranges(ranges: Sequence[Range]) -> str:
-    """Return ranges of indices in LaTeX, without dollars."""
-    return r",\ ".join(
-        rf"{', '.join(letters)} = {first}, \dots, {last}"
-        for letters, first, last in grouped_ranges(ranges)
-    )
-
-
-def typst_ranges(ranges: Sequence[Range]) -> str:
-    """Return ranges of indices in Typst's mathematics."""
-    return ", ".join(
-        f"{', '.join(letters)} = {first}, dots.h, {last}"
-        for letters, first, last in grouped_ranges(ranges)
-    )
-
-
 def sizes_line(families: Families) -> str:
     """Return values of the sizes that ranges on the page end with: ``n = 4``."""
     return ", ".join(f"{size} = {value}" for size, value in families.sizes_shown.items())
-
-
-def _spaced(end: str) -> str:
-    return end.replace("-", " - ").replace("+", " + ") if end[:1].isalpha() else end
