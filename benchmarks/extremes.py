@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from lagrange_cli.files import read_bytes
-from lagrange_cli.report.contents.stress import sentence, setting, stress_summary
+from lagrange_cli.report.contents.stress import sentence, setting
+from lagrange_cli.report.values.studies import STRESS
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.cluster.tasks import Cluster, connected
 from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
@@ -268,7 +269,7 @@ def main(words: Sequence[str] | None = None) -> int:
     digits = import_module("tests.extremes.extreme_exact").DIGITS
     text = page(results, found, asked.budget, digits)
     if asked.json:
-        Path(asked.json).write_text(json.dumps([stress_summary(one) for one in found], indent=1))
+        Path(asked.json).write_text(json.dumps([STRESS.write(one) for one in found], indent=1))
     if asked.docs:
         Path(asked.docs).write_text(text, encoding="utf-8")
     else:

@@ -60,15 +60,6 @@ class Problem:
     rule: str = "invalid"
     severity: Literal["error", "warning"] = "error"
 
-    def values(self) -> dict[str, int | str | None]:
-        """Return the problem as a JSON value; ``line`` and ``column`` may be None."""
-        return {
-            "line": self.mark.line if self.mark else None,
-            "column": self.mark.column if self.mark else None,
-            "rule": self.rule,
-            "message": self.message,
-        }
-
 
 class LagrangeError(Exception):
     """Base of all refusals; ``exit_code`` is what the command returns."""

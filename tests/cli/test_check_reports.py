@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from xml.etree import ElementTree
 
 import pytest
@@ -13,7 +12,8 @@ from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
 from lagrange_cli.errors import Mark, Problem, escape_controls
 from lagrange_cli.notation.page import UNBROKEN
-from lagrange_cli.report.contents.check import FORMATS, check_json, check_text, github, junit
+from lagrange_cli.report.contents.check import FORMATS, check_text, github, junit
+from lagrange_cli.report.values.check import CHECK
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
 FAILED = SceneReport(
@@ -55,7 +55,7 @@ def test_text_shows_the_place_and_what_was_found():
 
 
 def test_json_is_the_contract():
-    assert json.loads(check_json(Report((FAILED, INVALID)))) == {
+    assert CHECK.write(Report((FAILED, INVALID))) == {
         "scenes": [
             {
                 "path": "dir/a.yaml",

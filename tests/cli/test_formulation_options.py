@@ -12,7 +12,8 @@ import pytest
 
 from lagrange_cli.api import load
 from lagrange_cli.cli.options import FORMULATIONS
-from lagrange_cli.report.contents.simulate import FORMATS, Simulated
+from lagrange_cli.report.contents.simulate import FORMATS
+from lagrange_cli.report.values.simulation import Simulated
 from lagrange_cli.scene.conditions import Formulation
 from tests.cli.terminal import lagrange, succeed
 

@@ -13,6 +13,7 @@ from scipy.integrate import quad, solve_ivp
 
 from lagrange_cli.api import load, loads
 from lagrange_cli.errors import AccuracyError, InputError
+from lagrange_cli.report.values.studies import PATHS
 
 BALL = "systems/lecture/thrown_ball.yaml"
 PENDULUM = "systems/pendulums/pendulum.yaml"
@@ -237,9 +238,7 @@ def test_less_is_promised_than_can_be_held():
 @pytest.mark.slow
 def test_files_say_what_was_found(tmp_path):
     found = paths(PENDULUM, {"theta": -1, "t": 0}, {"theta": 1, "t": 1.2}, samples=11)
-    found.write(tmp_path / "p.json")
-    report = json.loads((tmp_path / "p.json").read_text())
-    assert report == json.loads(json.dumps(found.summary()))
+    report = json.loads(json.dumps(PATHS.write(found)))
     assert report["t"] == pytest.approx(np.linspace(0, 1.2, 11))
     assert report["path"]["theta"][0] == -1
     assert report["solutions"][0]["action"] == report["action"]
@@ -248,7 +247,7 @@ def test_files_say_what_was_found(tmp_path):
     assert len(rows) == 11 * len(found.solutions)
     assert float(rows[-1]["theta"]) == pytest.approx(1, abs=1e-9)
     assert int(rows[-1]["solution"]) == len(found.solutions)
-    with pytest.raises(InputError, match=r"\.json or \.csv"):
+    with pytest.raises(InputError, match=r"as \.csv, not"):
         found.write(tmp_path / "p.txt")
 
 

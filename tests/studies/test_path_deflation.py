@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from lagrange_cli.api import loads
+from lagrange_cli.report.values.studies import PATHS
 from lagrange_cli.studies.path.deflation import Solutions
 
 PAIR = """
@@ -63,7 +64,7 @@ def test_all_nine_paths_of_two_pendulums():
     velocities = sorted((tuple(p.velocity.tolist()) for p in found.solutions), key=rounded)
     np.testing.assert_allclose(velocities, sorted(expected, key=rounded), rtol=0, atol=1e-8)
     assert 1 <= found.deflated <= 8
-    assert found.summary()["deflated"] == found.deflated
+    assert PATHS.write(found)["deflated"] == found.deflated
     # Each pendulum that rests for longer than a half swing has a conjugate point; so has the pair.
     rest = next(p for p in found.solutions if not p.velocity.any())
     halves = [1.5 * math.sqrt(9.81 / length) / math.pi for length in (1, 1.3)]

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from lagrange_cli.api import load, loads
+from lagrange_cli.report.values.studies import PATHS
 
 PENDULUM = "systems/pendulums/pendulum.yaml"
 OMEGA = math.sqrt(9.81)
@@ -43,7 +44,7 @@ def test_a_pendulum_comes_back_on_every_one_of_its_paths(span):
     assert scan.reach > max(starts)
     # The scene's pendulum has m = l = 1.
     assert scan.energy == pytest.approx(scan.reach**2 / 2 - 9.81)
-    assert found.summary()["scan"]["motions"] == scan.count
+    assert PATHS.write(found)["scan"]["motions"] == scan.count
 
 
 @pytest.mark.slow
@@ -67,4 +68,4 @@ def test_systems_of_more_coordinates_are_not_scanned():
     """
     found = loads(plane).derive().path({"x": 0, "y": 0, "t": 0}, {"x": 1, "y": 1, "t": 1}, starts=1)
     assert found.scan is None
-    assert found.summary()["scan"] is None
+    assert PATHS.write(found)["scan"] is None

@@ -14,10 +14,9 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.notation.page import UNBROKEN
 from lagrange_cli.report.contents.tradeoff import (
     character_plot,
-    options_of,
-    tradeoff_summary,
     tradeoff_text,
 )
+from lagrange_cli.report.values.studies import TRADE, options_of
 from lagrange_cli.simulate import simulate
 from lagrange_cli.studies.tradeoff.result import draw_trade
 from lagrange_cli.studies.tradeoff.runs import Setting
@@ -30,7 +29,7 @@ from tests.studies.trade_systems import (
 
 @pytest.mark.slow
 def test_summary_is_the_contract(traded):
-    found = json.loads(json.dumps(tradeoff_summary(traded), allow_nan=False))
+    found = json.loads(json.dumps(TRADE.write(traded), allow_nan=False))
     assert found["name"] == "oscillator"
     assert set(found["reference"]) == {"method", "error", "checked"}
     contract = {"method", "rtol", "error", "seconds", "rhs_evaluations", "energy_drift", "pareto"}

@@ -204,7 +204,8 @@ def simulate_ensemble(
         The scene, the members or the options are wrong, or the cluster.
     """
     from lagrange_cli.api.ensembles import planned
-    from lagrange_cli.report.contents.ensemble import FORMATS, SimulatedMembers
+    from lagrange_cli.report.contents.ensemble import FORMATS
+    from lagrange_cli.report.values.simulation import SimulatedMembers
 
     with engines.cluster(session, choice.scheduler, choice.jobs) as cluster:
         started = perf_counter()

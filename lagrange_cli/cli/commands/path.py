@@ -11,6 +11,7 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
+from lagrange_cli.files import ending_of
 from lagrange_cli.report.contents.path import FORMATS
 
 
@@ -100,9 +101,10 @@ def path(
             progress=move,
         )
     session.explain_code()
-    if output is not None:
+    report_file = output if output is not None and ending_of(output) == ".json" else None
+    if output is not None and report_file is None:
         paths.write(output)
-    print_report(paths, FORMATS, as_json=as_json)
+    print_report(paths, FORMATS, as_json=as_json, output=report_file)
     if plot is not None:
         paths.plot(plot)
     ctx.exit(paths.exit_code)

@@ -24,7 +24,8 @@ from lagrange_cli.cli.terminal.interrupts import Interrupts, OverdueError, noted
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, sole_writer
-from lagrange_cli.report.contents.simulate import FORMATS, Simulated
+from lagrange_cli.report.contents.simulate import FORMATS
+from lagrange_cli.report.values.simulation import Simulated
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:

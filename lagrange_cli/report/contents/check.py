@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from lagrange_cli.errors import Problem, escape_controls, render
 from lagrange_cli.notation.page import Page, Role, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, table
+from lagrange_cli.report.values.check import CHECK
 
 if TYPE_CHECKING:
     from lagrange_cli.check import Report, SceneReport
@@ -68,20 +69,6 @@ def github(report: Report) -> str:
     return "\n".join([*annotations, _total(report)])
 
 
-def check_json(report: Report) -> str:
-    """The JSON contract of ``check --format json``."""
-    scenes = [
-        {
-            "path": scene.path,
-            "outcome": scene.outcome,
-            "seconds": round(scene.seconds, 3),
-            "problems": [problem.values() for problem in scene.problems],
-        }
-        for scene in report.scenes
-    ]
-    return json_text({"scenes": scenes, "summary": report.summary})
-
-
 def _xml(text: str) -> str:
     """A text without the two characters that no escaping brings into XML."""
     return text.replace("\ufffe", "\\ufffe").replace("\uffff", "\\uffff")
@@ -121,5 +108,5 @@ def junit(report: Report) -> str:
 FORMATS: Mapping[str, Callable[[Report], str | Page]] = {
     "text": check_text,
     "github": github,
-    "json": check_json,
+    "json": lambda report: json_text(CHECK.write(report)),
 }

@@ -4,87 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.notation.page import Page, Row, page, words
 from lagrange_cli.report.tables import json_text, labelled, sentence_row
+from lagrange_cli.report.values.simulation import ENSEMBLE, SimulatedMembers
 
 if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.plan.enumeration import Members
-    from lagrange_cli.simulate.ensemble.plan.plan import Plan
     from lagrange_cli.simulate.ensemble.store.blocks import NumberRange
-    from lagrange_cli.simulate.ensemble.store.store import Store
 
 #: Failures that the text lists.
 _MOST_SHOWN = 12
-
-
-@dataclass(frozen=True, slots=True)
-class SimulatedMembers:
-    """The results of an ensemble.
-
-    Attributes
-    ----------
-    plan, members
-        The runs that were planned, and the values of all members.
-    store
-        What is known of all.
-    output
-        The file with the samples; None if none was asked for.
-    seconds
-        Wall clock of ``derive`` and ``integrate``.
-    """
-
-    plan: Plan
-    members: Members
-    store: Store
-    output: str | None
-    seconds: Mapping[str, float]
-
-    def counts(self) -> dict[str, int]:
-        """Return status → number of members."""
-        return self.store.counts()
-
-    def failed(self, most: int | None = None) -> list[dict[str, Any]]:
-        """Return the members that are not ``ok``, or the first ones, as JSON values."""
-        return [
-            {
-                "member": failure.member,
-                "values": self.members.values(failure.member),
-                "status": failure.status,
-                "holds_until": failure.holds_until,
-                "reason": failure.reason,
-            }
-            for failure in islice(self.store.failures(), most)
-        ]
-
-    def reduced(self) -> dict[str, tuple[NumberRange, float]]:
-        """Return reduction, as it was written → range of its numbers, and their largest error."""
-        ranges = self.store.ranges()
-        names = [n.removeprefix("reduced/") for n in ranges if n.startswith("reduced/")]
-        return {n: (ranges[f"reduced/{n}"], ranges[f"reduced_error/{n}"].largest) for n in names}
-
-
-def _summary(simulated: SimulatedMembers) -> dict[str, Any]:
-    """Return what ``--json`` writes."""
-    counts = simulated.counts()
-    return {
-        "name": simulated.plan.model.name,
-        "members": len(simulated.members),
-        "finished": sum(counts.values()),
-        "counts": counts,
-        "failed": simulated.failed(),
-        "estimated": simulated.store.estimated(),
-        "reduced": {
-            name: {"least": r.least, "largest": r.largest, "known": r.known, "error": error}
-            for name, (r, error) in simulated.reduced().items()
-        },
-        "numbers_alone": simulated.plan.alone,
-        "output": simulated.output,
-        "seconds": dict(simulated.seconds),
-    }
 
 
 def _text(simulated: SimulatedMembers) -> Page:
@@ -149,5 +79,5 @@ def _failures(failed: Sequence[Mapping[str, Any]], number: int) -> list[Row]:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[SimulatedMembers], str | Page]] = {
     "text": _text,
-    "json": lambda simulated: json_text(_summary(simulated)),
+    "json": lambda simulated: json_text(ENSEMBLE.write(simulated)),
 }

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Page, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, table
+from lagrange_cli.report.values.json_types import (
+    INTEGER,
+    MAYBE_NUMBER,
+    NUMBER,
+    TEXT,
+    JsonObject,
+    Key,
+    list_of,
+    one_of,
+)
 
 if TYPE_CHECKING:
-    from lagrange_cli.studies.fit.result import Fit, FittedValue
+    from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
 
 _VALUES = (
     TableColumn("name"),
@@ -25,26 +35,42 @@ _COLUMNS = (
 )
 
 
-def fit_summary(fit: Fit) -> dict[str, Any]:
-    """Return what ``lagrange fit --json`` writes."""
-    return {
-        "name": fit.name,
-        "status": fit.status,
-        "reason": fit.reason,
-        "values": [
-            {"name": v.name, "value": v.value, "error": v.error, "start": v.start}
-            for v in fit.values
-        ],
-        "correlation": fit.correlation.tolist(),
-        "columns": [
-            {"name": c.name, "measurements": len(c.times), "rms": c.root_mean_square}
-            for c in fit.columns
-        ],
-        "chi_squared": fit.chi_squared if fit.given_deviations else None,
-        "degrees_of_freedom": fit.degrees_of_freedom,
-        "derivatives": fit.derivatives,
-        "runs": fit.runs,
-    }
+_FITTED_VALUE: JsonObject[FittedValue] = JsonObject(
+    Key("name", TEXT, "A parameter, or a coordinate or its dot for its start."),
+    Key("value", NUMBER, "The fitted value."),
+    Key("error", MAYBE_NUMBER, "Its standard error; null if it is not determined."),
+    Key("start", NUMBER, "The value that the fit began with."),
+)
+_FITTED_COLUMN: JsonObject[FittedColumn] = JsonObject(
+    Key("name", TEXT, "Name of the column."),
+    Key("measurements", INTEGER, "Number of measurements.", lambda column: len(column.times)),
+    Key("rms", NUMBER, "Root mean square of what is left.", lambda column: column.root_mean_square),
+)
+FIT: JsonObject[Fit] = JsonObject(
+    Key("name", TEXT, "Name of the scene."),
+    Key(
+        "status",
+        one_of("ok", "undetermined", "not_converged"),
+        "Outcome; undetermined: other values fit as well.",
+    ),
+    Key("reason", TEXT, "Why the status is not ok; empty if it is."),
+    Key("values", list_of(_FITTED_VALUE), "The fitted values, in the order of --free."),
+    Key(
+        "correlation",
+        list_of(list_of(MAYBE_NUMBER)),
+        "Correlations of their errors; null if these are not determined.",
+    ),
+    Key("columns", list_of(_FITTED_COLUMN), "The measured columns."),
+    Key(
+        "chi_squared",
+        MAYBE_NUMBER,
+        "Sum of the squares of residuals over deviations; null unless all deviations are given.",
+        lambda fit: fit.chi_squared if fit.given_deviations else None,
+    ),
+    Key("degrees_of_freedom", INTEGER, "Number of measurements less that of values."),
+    Key("derivatives", TEXT, "Source of derivatives: variational equations or differences."),
+    Key("runs", INTEGER, "Number of motions that were simulated."),
+)
 
 
 def _text(fit: Fit) -> Page:
@@ -89,5 +115,5 @@ def _rounded(value: FittedValue) -> tuple[str, str]:
 
 FORMATS: Mapping[str, Callable[[Fit], str | Page]] = {
     "text": _text,
-    "json": lambda fit: json_text(fit_summary(fit)),
+    "json": lambda fit: json_text(FIT.write(fit)),
 }

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
+from lagrange_cli.cache import Cache, Removed
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.page import Page, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.values.check import cache_report
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import Emitter
@@ -26,31 +27,11 @@ def listed_formats(emitters: Mapping[str, Emitter]) -> Page:
     return page([table(_FORMATS, rows, heading=False)])
 
 
-#: Kind of entry → the endings of its files.
-_KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
-
-
-def _cache_summary(cache: Cache, removed: Removed | None) -> dict[str, Any]:
-    """Return what ``lagrange cache --json`` writes; ``removed`` is None without ``--clear``."""
-    entries = cache.entries()
-    report = {
-        "folder": cache.folder,
-        "usable": cache.reason is None,
-        "reason": cache.reason,
-        "entries": {kind: sum(e.suffix in s for e in entries) for kind, s in _KINDS.items()},
-        "bytes": sum(entry.size for entry in entries),
-        "largest": MAX_CACHE_BYTES,
-    }
-    if removed is not None:
-        report["removed"] = {"files": removed.files, "bytes": removed.size}
-    return report
-
-
 def _cache_text(cache: Cache, removed: Removed | None) -> Page:
     """Write the report for a person."""
     if removed is not None:
         return page([[Row("", f"removed {file_count(removed.files)}, {_size(removed.size)}")]])
-    report = _cache_summary(cache, removed)
+    report = cache_report(cache, removed)
     rows = []
     if report["reason"] is not None:
         rows.append(sentence_row(escape_controls(f"Nothing is kept: {report['reason']}")))
@@ -81,5 +62,5 @@ def file_count(count: int) -> str:
 #: Name of a format → what writes it.
 CACHE_FORMATS: Mapping[str, Callable[[Cache, Removed | None], str | Page]] = {
     "text": _cache_text,
-    "json": lambda cache, removed: json_text(_cache_summary(cache, removed), ascii=True),
+    "json": lambda cache, removed: json_text(cache_report(cache, removed), ascii=True),
 }

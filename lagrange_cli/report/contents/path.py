@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Page, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.values.studies import PATHS
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.path.ends import End
@@ -114,5 +115,5 @@ def _search(paths: Paths) -> Iterator[str]:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Paths], str | Page]] = {
     "text": _text,
-    "json": lambda paths: json_text(paths.summary()),
+    "json": lambda paths: json_text(PATHS.write(paths)),
 }

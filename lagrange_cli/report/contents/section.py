@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Page, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.values.simulation import SECTION
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.section.result import Section, SectionPoints
@@ -131,5 +132,5 @@ def _of_all(section: Section) -> Iterator[tuple[str, str]]:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[FoundSection], str | Page]] = {
     "text": _text,
-    "json": lambda report: json_text(report.section.summary()),
+    "json": lambda report: json_text(SECTION.write(report.section)),
 }

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Page, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.values.simulation import SIMULATION, Simulated
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
-    from lagrange_cli.simulate.model.model import Model
 
 #: Events that the text lists.
 _MOST_EVENTS = 12
@@ -33,39 +32,6 @@ _CONSERVED = (
 
 #: Time, name, values.
 _EVENTS = (TableColumn("", 16), TableColumn(before=" "), TableColumn())
-
-
-@dataclass(frozen=True, slots=True)
-class Simulated:
-    """The result of a simulation.
-
-    Attributes
-    ----------
-    model
-        Model in the formulation that was asked for.
-    trajectory
-        Its motion, which may have been found in another formulation.
-    extra
-        Names of further columns that were asked for.
-    derive_seconds
-        Wall clock from the start of the command to the model.
-    """
-
-    model: Model
-    trajectory: Trajectory
-    extra: Sequence[str] = ()
-    derive_seconds: float = 0.0
-
-    @property
-    def in_other_form(self) -> bool:
-        """True if the motion was found in another formulation than the model's."""
-        return self.trajectory.formulation != self.model.formulation
-
-    def further(self) -> dict[str, float]:
-        """Return the last values of further columns, those of the state apart."""
-        columns = self.trajectory.table(self.extra)
-        further_names = [n for n in columns if n != "t" and n not in self.trajectory.columns]
-        return {name: float(columns[name][-1]) for name in further_names}
 
 
 def _number(value: float | None, form: str) -> str:
@@ -170,11 +136,8 @@ def _text(simulated: Simulated) -> Page:
     )
 
 
-def _json(simulated: Simulated) -> str:
-    """The result as JSON."""
-    summary = simulated.trajectory.summary(derive_seconds=simulated.derive_seconds)
-    return json_text(summary | ({"with": simulated.further()} if simulated.extra else {}))
-
-
 #: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Simulated], str | Page]] = {"text": _text, "json": _json}
+FORMATS: Mapping[str, Callable[[Simulated], str | Page]] = {
+    "text": _text,
+    "json": lambda simulated: json_text(SIMULATION.write(simulated)),
+}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Page, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.values.studies import STRESS
 
 if TYPE_CHECKING:
     from lagrange_cli.studies.stress.measure import Stress
@@ -44,44 +44,6 @@ def setting(point: StressPoint) -> str:
     if point.until is not None:
         settings.append(f"until {float(point.until):.6g}")
     return ", ".join(settings)
-
-
-# JSON.
-
-
-def stress_summary(stress: Stress) -> dict[str, Any]:
-    """Return what ``lagrange stress --json`` writes."""
-    return {
-        "name": stress.name,
-        "budget": stress.budget,
-        "points": [_point(run) for run in stress.runs],
-        "left_out": list(stress.left_out),
-        "summary": stress.counts,
-    }
-
-
-def _point(run: StressRun) -> dict[str, Any]:
-    point = run.point
-    return {
-        "axis": point.axis,
-        "value": point.value,
-        "outcome": run.outcome,
-        "error": _finite(run.error),
-        "estimated": _finite(run.estimated),
-        "reason": run.reason or None,
-        "requested": run.requested,
-        "holds_until": run.holds_until,
-        "reference": run.reference or None,
-        "set": {**point.parameters, **point.initial},
-        "until": point.until,
-    }
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is None or math.isfinite(value) else None
-
-
-# Text.
 
 
 def _text(stress: Stress) -> Page:
@@ -141,5 +103,5 @@ def _cut(said: str, most: int) -> str:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Stress], str | Page]] = {
     "text": _text,
-    "json": lambda stress: json_text(stress_summary(stress)),
+    "json": lambda stress: json_text(STRESS.write(stress)),
 }

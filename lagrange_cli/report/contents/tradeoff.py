@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.page import Page, Row, page
 from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.values.studies import TRADE, options_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.studies.reference import Reference
-    from lagrange_cli.studies.tradeoff.result import CostRatios, Recommendation, Trade
+    from lagrange_cli.studies.tradeoff.result import CostRatios, Trade
     from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
 #: Outcome of a run → its words in tables.
@@ -43,102 +43,6 @@ _AUTOMATIC = (
 )
 
 _RECOMMENDED = (TableColumn("", 5), TableColumn("", 32), TableColumn(before=" "))
-
-
-def options_of(setting: Setting) -> str:
-    """Write the options by which ``lagrange simulate`` runs the same."""
-    if setting.accuracy is not None:
-        return f"--accuracy {setting.accuracy:.0e}"
-    if setting.rtol is not None:
-        return f"--method {setting.method} --rtol {setting.rtol:.0e}"
-    return f"--method {setting.method} --step {setting.step!r}"
-
-
-# JSON.
-
-
-def tradeoff_summary(trade: Trade) -> dict[str, Any]:
-    """Return what ``lagrange tradeoff --json`` writes."""
-    return {
-        "name": trade.name,
-        "until": trade.until,
-        "samples": trade.samples,
-        "formulation": trade.formulation,
-        "implementation": trade.implementation,
-        "stiff": trade.stiff,
-        "repeat": trade.repeat,
-        "budget": trade.budget,
-        "reference": _reference(trade.reference),
-        "runs": [_run(point) for point in trade.points],
-        "auto": [_automatic(entry) for entry in trade.automatic],
-        "recommended": [_recommended(entry, trade.samples) for entry in trade.recommended],
-        "left_out": [{"method": m, "reason": why} for m, why in trade.left_out.items()],
-    }
-
-
-def _reference(reference: Reference) -> dict[str, Any]:
-    checked = None
-    if reference.checked is not None:
-        checked = {"method": reference.checked, "difference": reference.difference}
-    return {"method": reference.method, "error": reference.error, "checked": checked}
-
-
-def _measured(point: WorkPrecisionPoint) -> dict[str, Any]:
-    ok = point.outcome == "ok"
-    return {
-        "outcome": point.outcome,
-        "reason": point.reason or None,
-        "error": point.error,
-        "resolved": point.resolved,
-        "seconds": point.median if point.seconds else None,
-        "quartiles": list(point.quartiles) if point.seconds else None,
-        "timed": len(point.seconds),
-        "steps": point.steps,
-        "rhs_evaluations": point.evaluations,
-        "energy_drift": point.drift if ok else None,
-    }
-
-
-def _run(point: WorkPrecisionPoint) -> dict[str, Any]:
-    setting = point.setting
-    return {
-        "method": setting.method,
-        "rtol": setting.rtol,
-        "step": setting.step,
-        **_measured(point),
-        "pareto": point.pareto,
-        "pareto_rhs_evaluations": point.pareto_evaluations,
-    }
-
-
-def _automatic(ratios: CostRatios) -> dict[str, Any]:
-    return {
-        "accuracy": ratios.point.setting.accuracy,
-        "method": ratios.point.chosen,
-        **_measured(ratios.point),
-        "times_front": {"seconds": ratios.seconds, "rhs_evaluations": ratios.evaluations},
-        "times_needed": {
-            "seconds": ratios.seconds_needed,
-            "rhs_evaluations": ratios.evaluations_needed,
-        },
-    }
-
-
-def _recommended(recommendation: Recommendation, samples: int) -> dict[str, Any]:
-    point = recommendation.point
-    return {
-        "accuracy": recommendation.accuracy,
-        "method": point.setting.method,
-        "rtol": point.setting.rtol,
-        "step": point.setting.step,
-        "error": point.error,
-        "seconds": point.median,
-        "rhs_evaluations": point.evaluations,
-        "options": f"{options_of(point.setting)} --samples {samples}",
-    }
-
-
-# Text.
 
 
 def tradeoff_text(trade: Trade) -> Page:
@@ -261,7 +165,7 @@ def _times(factor: float | None) -> str:
 #: Name of a format → what writes it.
 FORMATS: Mapping[str, Callable[[Trade], str | Page]] = {
     "text": tradeoff_text,
-    "json": lambda trade: json_text(tradeoff_summary(trade)),
+    "json": lambda trade: json_text(TRADE.write(trade)),
 }
 
 

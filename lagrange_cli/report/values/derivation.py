@@ -23,6 +23,7 @@ from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 from lagrange_cli.notation.vocabulary import vocabulary
 from lagrange_cli.report.contents.forces import forces_report
 from lagrange_cli.report.contents.sentences import undecided
+from lagrange_cli.report.values.check import PROBLEM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -124,7 +125,7 @@ def _report(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str
         **({} if forces is None else forces_report(equations, forces, say)),
         **_steps(equations),
         "certificate": asdict(equations.derivation.certificate),
-        "warnings": [warning.values() for warning in equations.derivation.warnings],
+        "warnings": [PROBLEM.write(warning) for warning in equations.derivation.warnings],
     }
 
 

@@ -6,7 +6,7 @@ import io
 import os
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
@@ -243,43 +243,11 @@ class Trajectory:
         """Every name at the last sample."""
         return {name: float(values[-1]) for name, values in self.columns.items()}
 
-    def summary(self, *, derive_seconds: float = 0.0) -> dict[str, Any]:
-        """Return the JSON object that ``lagrange simulate --json`` writes."""
-        return {
-            "name": self.name,
-            "status": self.status,
-            "t": float(self.t[-1]),
-            "state": self.state,
-            "accuracy": {
-                "requested": self.requested,
-                "estimated": self.estimated,
-                "scales": dict(self.scales),
-                "exempt": list(self.exempt),
-            },
-            "holds_until": self.holds_until,
-            "energy_drift": self.energy_drift,
-            **self._conserved(),
-            "constraint_drift": self.constraint_drift,
-            "method": self.method,
-            "implementation": self.implementation,
-            "formulation": self.formulation,
-            "steps": self.steps,
-            "rhs_evaluations": self.rhs_evaluations,
-            "reason": self.reason or None,
-            "remarks": list(self.remarks),
-            "events": [_reported(event) for event in self.events],
-            "seconds": {"derive": derive_seconds, **self.seconds},
-        }
-
     def _energies(self, extra: Collection[str]) -> list[str]:
         """List the columns of the energy function."""
         followed = (self.conserved_drift or {}) if "conserved" in extra else {}
         conserved = [name for name in ("energy", "jacobi") if name in followed]
         return list(dict.fromkeys([*(["energy"] if "energy" in extra else []), *conserved]))
-
-    def _conserved(self) -> dict[str, Any]:
-        drifts = self.conserved_drift
-        return {} if drifts is None else {"conserved_drift": dict(drifts)}
 
     def table(self, extra: Collection[str] = ()) -> dict[str, Array]:
         """Gather the columns by name: ``t``, the state, and the requested :data:`EXTRA_COLUMNS`.
@@ -357,9 +325,3 @@ class Trajectory:
             panels = read_panels(of, ("t", *self.columns, "energy"), "of")
         ending = ending_of(path).lstrip(".")
         write_file(path, draw(picture_of(self, panels), ending))
-
-
-def _reported(event: Event) -> dict[str, Any]:
-    """Write an event as JSON."""
-    report = {"t": event.t, "name": event.name, "state": dict(event.state)}
-    return report if event.before is None else {**report, "before": dict(event.before)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -103,51 +103,6 @@ class Paths:
         caption = f"{name}: paths of stationary action, error {self.estimated:.1g}"
         return html_table(caption, ("action", "kind", "index", *rates), rows, len(rows))
 
-    def summary(self) -> dict[str, Any]:
-        """Return the JSON object that ``lagrange path --json`` writes."""
-        least = self.solutions[0]
-        return {
-            "name": self.name,
-            "from": self._written(self.first),
-            "to": self._written(self.last),
-            "action": least.action,
-            "kind": least.conjugacy.kind,
-            "t": least.trajectory.t.tolist(),
-            "path": {name: least.trajectory.columns[name].tolist() for name in self.coordinates},
-            "accuracy": {"requested": self.requested, "estimated": self.estimated},
-            "starts": self.starts,
-            "lost": self.lost,
-            "deflated": self.deflated,
-            "scan": None if self.scan is None else self._scan(self.scan),
-            "solutions": [self._solution(path) for path in self.solutions],
-        }
-
-    @staticmethod
-    def _scan(scan: Scan) -> dict[str, Any]:
-        return {
-            "reach": scan.reach,
-            "energy": scan.energy,
-            "motions": scan.count,
-            "resolved": scan.is_resolved,
-        }
-
-    def _written(self, end: End) -> dict[str, float]:
-        return {"t": end.t, **dict(zip(self.coordinates, end.q.tolist(), strict=True))}
-
-    def _solution(self, path: StationaryPath) -> dict[str, Any]:
-        rates = [f"dot({name})" for name in self.coordinates]
-        return {
-            "action": path.action,
-            "kind": path.conjugacy.kind,
-            "index": path.conjugacy.index,
-            "conjugate": list(path.conjugacy.times),
-            "start": dict(zip(rates, path.velocity.tolist(), strict=True)),
-            "to": self._written(path.last),
-            "action_error": path.action_error,
-            "reached": path.reached,
-            "estimated": path.estimated,
-        }
-
     def table(self) -> Mapping[str, Array]:
         """Return the samples of all paths under each other: the number of the path from 1 on,
         time, coordinates and velocities."""
@@ -161,7 +116,7 @@ class Paths:
         return dict(zip(("solution", *names), np.vstack(parts).T, strict=True))
 
     def write(self, path: str | os.PathLike[str]) -> None:
-        """Write the report as ``.json``, or the samples as ``.csv``.
+        """Write the samples as ``.csv``.
 
         Raises
         ------
@@ -169,14 +124,10 @@ class Paths:
             The ending is another one, or the file cannot be written.
         """
         import io
-        import json
 
         ending = ending_of(path)
-        if ending == ".json":
-            write_file(path, json.dumps(self.summary(), indent=2, ensure_ascii=False) + "\n")
-            return
         if ending != ".csv":
-            message = f"paths are written as .json or .csv, not '{ending}'"
+            message = f"the samples of paths are written as .csv, not '{ending}'"
             raise InputError(Problem(message, hint="-o path.csv", rule="output"))
         file, table = io.BytesIO(), self.table()
         with as_csv(file, len(table["t"]), None) as add:

@@ -6,7 +6,6 @@ import io
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -198,41 +197,6 @@ class Section:
         panels = section_panels(self, of, "of")
         ending = ending_of(path).lstrip(".")
         write_file(path, draw(picture_of_section(self, panels), ending))
-
-    def summary(self) -> dict[str, Any]:
-        """Return the JSON object that ``lagrange simulate --section --json`` writes."""
-        return {
-            "name": self.name,
-            "section": self.condition,
-            "points": len(self),
-            "members": [_summary(points) for points in self.members],
-        }
-
-
-def _summary(points: SectionPoints) -> dict[str, Any]:
-    """Write the points of a motion as a value for JSON."""
-    errors = {} if points.error is None else {"error": points.error.tolist()}
-    return {
-        "given": dict(points.given),
-        "status": points.status,
-        "points": len(points.t),
-        "uncertain": points.uncertain,
-        "open": list(points.open),
-        "t": points.t.tolist(),
-        "state": {name: values.tolist() for name, values in points.columns.items()},
-        **errors,
-        "accuracy": {
-            "requested": points.requested,
-            "estimated": points.estimated,
-            "scales": dict(points.scales),
-        },
-        "holds_until": points.holds_until,
-        "energy_drift": points.energy_drift,
-        "method": points.method,
-        "reason": points.reason or None,
-        "runs": points.runs,
-        "seconds": points.seconds,
-    }
 
 
 # Pictures.

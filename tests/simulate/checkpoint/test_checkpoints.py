@@ -12,6 +12,7 @@ import pytest
 from lagrange_cli.cache import Cache
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
+from lagrange_cli.report.values.simulation import TRAJECTORY
 from lagrange_cli.scene import read_file, read_text
 from lagrange_cli.simulate import samples, simulate
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
@@ -92,9 +93,7 @@ def scene(tmp_path):
 
 
 def compared(found):
-    summary = found.summary()
-    del summary["seconds"]
-    return summary
+    return TRAJECTORY.write(found)
 
 
 def in_parts(model, path, calls, stream=None, **how):

@@ -16,6 +16,7 @@ import pytest
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
+from lagrange_cli.report.values.simulation import TRAJECTORY
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import samples, simulate
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
@@ -78,9 +79,7 @@ def model(text: str):
 
 def compared(trajectory):
     """What two runs must have in common, as values that can be compared."""
-    summary = trajectory.summary()
-    del summary["seconds"]
-    return summary
+    return TRAJECTORY.write(trajectory)
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from lagrange_cli import loads
+from lagrange_cli.report.values.simulation import TRAJECTORY
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
@@ -90,9 +91,9 @@ simulate: {until: 3, accuracy: 1e-8, samples: 31}
 
 @pytest.mark.slow
 def test_reasons_are_part_of_the_summary():
-    summary = run(SQUEEZED).summary()
+    summary = TRAJECTORY.write(run(SQUEEZED))
     assert "'piston' and 'wall'" in summary["reason"]
-    assert run(SQUEEZED, until=1).summary()["reason"] is None
+    assert TRAJECTORY.write(run(SQUEEZED, until=1))["reason"] is None
 
 
 @pytest.mark.slow
