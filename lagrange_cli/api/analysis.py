@@ -89,7 +89,7 @@ def require_picture(ending: str) -> None:
     InputError
         matplotlib is not installed or does not know the ending, or TeX is needed and not there.
     """
-    from lagrange_cli.simulate.results.plot import require_ending
+    from lagrange_cli.pictures.figures import require_ending
 
     require_ending(ending)
 
@@ -108,15 +108,11 @@ def plot_effective_potential(derived: Derived, path: str | os.PathLike[str]) -> 
         As :func:`lagrange_cli.studies.effective_potential.effective_potential`; matplotlib is
         not installed, or cannot write such a file.
     """
-    from lagrange_cli.files import write_file
-    from lagrange_cli.simulate.results.plot import draw
-    from lagrange_cli.studies.effective_potential import (
-        effective_potential,
-        picture_of_potential,
-    )
+    from lagrange_cli.pictures.drawing import draw_into
+    from lagrange_cli.studies.effective_potential import effective_potential
 
     potential = effective_potential(derived.equations)
-    write_file(path, draw(picture_of_potential(potential), _ending(path)))
+    draw_into(path, potential)
     return potential.phrase
 
 
@@ -167,11 +163,11 @@ def plot_response(
     InputError
         matplotlib is not installed, or cannot write such a file.
     """
-    from lagrange_cli.files import write_file
-    from lagrange_cli.studies.linear_pictures import bode_diagram
+    from lagrange_cli.pictures.drawing import draw_into
+    from lagrange_cli.pictures.drawn.responses import BodeDiagram
+    from lagrange_cli.simulate.model.labels import labels_of
 
-    title = derived.equations.presentation.title or derived.equations.presentation.name
-    write_file(path, bode_diagram(response, title, _ending(path)))
+    draw_into(path, BodeDiagram(response, labels_of(derived.equations)))
 
 
 def plot_modes(
@@ -193,7 +189,7 @@ def plot_modes(
         cannot write such a file.
     """
     from lagrange_cli.files import write_file
-    from lagrange_cli.studies.mode_pictures import draw_modes, mode_pictures
+    from lagrange_cli.pictures.drawn.modes import draw_modes, mode_pictures
 
     pictures = mode_pictures(derived.equations, texts(at), moving=False)
     write_file(path, draw_modes(pictures, _ending(path)))
@@ -205,7 +201,7 @@ def animate_modes(
 ) -> str:
     """Draw the modes moving, as ``.svg`` or ``.gif``; as :meth:`plot_modes`."""
     from lagrange_cli.files import write_file
-    from lagrange_cli.studies.mode_pictures import animated_modes, mode_pictures
+    from lagrange_cli.pictures.drawn.modes import animated_modes, mode_pictures
 
     pictures = mode_pictures(derived.equations, texts(at), moving=True)
     write_file(path, animated_modes(pictures, _ending(path)))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.analysis.result import Analysis
 from lagrange_cli.api.values import page_in
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import ending_of
 from lagrange_cli.report.tables import json_text
 
 if TYPE_CHECKING:
@@ -105,34 +104,29 @@ class Analyzed(Analysis):
         InputError
             There are no branches; matplotlib is not installed, or cannot write such a file.
         """
-        from lagrange_cli.files import write_file
+        from lagrange_cli.pictures.drawing import draw_into
 
-        write_file(os.fspath(path), self.drawn(ending_of(path).lstrip(".")))
+        draw_into(path, self)
 
     def plot_loci(self, path: str | os.PathLike[str]) -> None:
         """Draw root loci: the poles along branches of equilibria in the complex plane.
 
         Parameters and errors are those of :meth:`plot`.
         """
-        from lagrange_cli.files import write_file
+        from lagrange_cli.pictures.drawing import draw_into
+        from lagrange_cli.pictures.drawn.branches import RootLoci
 
-        ending = ending_of(path).lstrip(".")
-        write_file(os.fspath(path), self.drawn(ending, loci=True))
+        draw_into(path, RootLoci(self))
 
     def drawn(self, ending: str, *, loci: bool = False) -> bytes:
         """Return the bytes of the picture that :meth:`plot` writes, in a file of this ending.
 
         ``loci``: of that of :meth:`plot_loci`.
         """
-        from lagrange_cli.simulate.results.plot import draw
-        from lagrange_cli.studies.branch_picture import picture_of_branches
-        from lagrange_cli.studies.linear_pictures import picture_of_loci
+        from lagrange_cli.pictures.drawing import drawn, picture_of
+        from lagrange_cli.pictures.drawn.branches import RootLoci
 
-        if self.branches is None:
-            hint = "branches={NAME: (FROM, TO)}"
-            raise InputError(Problem("there are no branches to draw", hint=hint, rule="no-picture"))
-        picture_of = picture_of_loci if loci else picture_of_branches
-        return draw(picture_of(self.equations, self.branches), ending)
+        return drawn(picture_of(RootLoci(self) if loci else self), ending)
 
     def _repr_markdown_(self) -> str:
         return self.emit("markdown").popitem()[1]

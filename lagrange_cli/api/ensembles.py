@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 from lagrange_cli.api.remembered_scene import RememberedMembers
 from lagrange_cli.api.simulations import SimulationRequest
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import ending_of, write_file
+from lagrange_cli.files import ending_of
 
 if TYPE_CHECKING:
+    from lagrange_cli.pictures.curves import Panels
+    from lagrange_cli.pictures.drawn.maps import Plane
     from lagrange_cli.simulate.arrays import Array
     from lagrange_cli.simulate.cluster.tasks import Cluster
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
     from lagrange_cli.simulate.ensemble.plan.plan import Blocks, Plan, Selection
-    from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
     from lagrange_cli.simulate.ensemble.store.store import Store
     from lagrange_cli.simulate.model.requested_outputs import Reduction
 
@@ -89,21 +90,29 @@ class MemberChoice:
         """Return the plane of the map in the file ``plot``, None if none is drawn."""
         if self.map_names is None or plot is None:
             return None
-        from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
-        from lagrange_cli.simulate.results.plot import require_map_ending
+        from lagrange_cli.pictures.by_matplotlib import require_map_ending
+        from lagrange_cli.pictures.drawn.maps import Plane
 
         require_map_ending(ending_of(plot).lstrip("."))
         return Plane.of_axes(members, self.map_names)
 
-    def selection(self, members: Members, output: str | None) -> Selection:
-        """Return the columns to keep; without a file figures and reductions alone are kept."""
+    def draws_curves(self, plot: str | None) -> bool:
+        """Tell if the file ``plot`` shows the motions of all members as curves."""
+        return plot is not None and self.map_names is None
+
+    def selection(self, members: Members, output: str | None, plot: str | None) -> Selection:
+        """Return the columns to keep.
+
+        Without a file these are figures and reductions alone, and columns of which a picture shows
+        curves.
+        """
         from lagrange_cli.simulate.ensemble.plan.plan import Selection
 
         columns, final = self.columns, self.final
         if output is None and ((final and not self.map_names) or columns is not None):
             raise _refused("--final and --columns say what a file keeps", "-o ensemble.npz")
         if output is None:
-            return Selection((), final, self.reductions)
+            return Selection(None if self.draws_curves(plot) else (), final, self.reductions)
         final = final or (columns is None and len(members) > MOST_WITH_SAMPLES)
         names = None if columns == ("all",) else () if final else columns
         return Selection(names, final, self.reductions)
@@ -153,6 +162,28 @@ class PlannedEnsemble:
         return None if self.plane is None else self.plane.drawn(self.plan, self.asked.plot_of)
 
     @cached_property
+    def panels(self) -> Panels | None:
+        """Curves of all members that the picture shows; None if it shows none.
+
+        Raises
+        ------
+        InputError
+            Located: what is asked for is not kept of the members; or they are too many.
+        """
+        if not self.choice.draws_curves(self.asked.plot):
+            return None
+        from lagrange_cli.pictures.curves import read_panels, usual_panels
+        from lagrange_cli.pictures.drawn.families import require_family
+
+        require_family(self.members)
+        model, stored = self.plan.model, self.plan.selection.columns
+        if self.asked.plot_of is None and stored is None:
+            return usual_panels(model.coordinates, model.labels.dimensions)
+        columns = (*model.columns, *self.plan.extra) if stored is None else stored
+        names = self.asked.plot_of or ", ".join(model.coordinates)
+        return read_panels(names, ("t", *columns), "--plot-of")
+
+    @cached_property
     def blocks(self) -> Blocks:
         """Blocks of members, each run at once."""
         from lagrange_cli.simulate.ensemble.plan.plan import blocks_of
@@ -165,12 +196,13 @@ class PlannedEnsemble:
         Raises
         ------
         InputError
-            There are blocks that may not be used, or nothing that the map could show.
+            There are blocks that may not be used, or nothing that the picture could show.
         """
         from lagrange_cli.simulate.ensemble.store.opening import open_store
         from lagrange_cli.simulate.ensemble.store.store import MemoryStore
 
-        if self.drawn is not None and self.asked.output is None:
+        is_drawn = self.panels is not None or self.drawn is not None
+        if is_drawn and self.asked.output is None:
             return MemoryStore(self.blocks.size)
         return open_store(self.asked.output, self.blocks, resume=self.choice.resume)
 
@@ -207,14 +239,23 @@ class PlannedEnsemble:
         )
 
     def draw(self, store: Store) -> None:
-        """Draw the map of a result that is complete, if there is one."""
-        if self.plane is None or self.drawn is None or self.asked.plot is None:
+        """Draw the map, or the curves, of a result that is complete, if that was asked for."""
+        if self.asked.plot is None:
             return
-        from lagrange_cli.simulate.results.plot import draw_map
+        from lagrange_cli.pictures.drawing import draw_into
+        from lagrange_cli.pictures.drawn.families import Family
 
-        arrays = store.ensemble(self.plan.model.name, self.times).arrays
-        picture = self.plane.map_of(arrays, self.drawn, self.plan, float(self.times[-1]))
-        write_file(self.asked.plot, draw_map(picture, ending_of(self.asked.plot).lstrip(".")))
+        ensemble = store.ensemble(self.plan.model.name, self.times)
+        if self.panels is not None:
+            values = [self.members.values(k) for k in range(len(self.members))]
+            starts = frozenset(self.plan.member.initial)
+            labels = self.plan.model.labels
+            draw_into(self.asked.plot, Family(ensemble, values, self.panels, labels, starts))
+        if self.plane is not None and self.drawn is not None:
+            until = float(self.times[-1])
+            draw_into(
+                self.asked.plot, self.plane.map_of(ensemble.arrays, self.drawn, self.plan, until)
+            )
 
 
 def planned(asked: SimulationRequest, choice: MemberChoice) -> PlannedEnsemble:
@@ -235,7 +276,7 @@ def planned(asked: SimulationRequest, choice: MemberChoice) -> PlannedEnsemble:
         raise _refused("--resume needs the file that the result was to be", "-o ensemble.npz")
     members = choice.members()
     plane = choice.plane(members, asked.plot)
-    selection = choice.selection(members, output)
+    selection = choice.selection(members, output, asked.plot)
     if selection.final and not choice.final:
         remark = (
             f"more than {MOST_WITH_SAMPLES:,} members: their ends are kept, not their samples;"
@@ -243,7 +284,8 @@ def planned(asked: SimulationRequest, choice: MemberChoice) -> PlannedEnsemble:
         )
         workspace.tell((), [remark])
     extra = asked.columns
-    if "energy" in (selection.columns or ()) and "energy" not in extra:
+    only_drawn = output is None and choice.draws_curves(asked.plot)
+    if "energy" not in extra and (only_drawn or "energy" in (selection.columns or ())):
         extra = (*extra, "energy")
     models = RememberedMembers(replace(asked.scene, reductions=choice.reductions))
     plan, times = plan_members(models, members, asked.options, extra=extra, selection=selection)

@@ -103,7 +103,7 @@ class SimulationRequest:
         """
         if self.plot is None:
             return None
-        from lagrange_cli.simulate.results.curves import columns_of, read_panels, usual_panels
+        from lagrange_cli.pictures.curves import columns_of, read_panels, usual_panels
 
         if self.plot_of is None:
             panels = usual_panels(model.coordinates, model.labels.dimensions)
@@ -124,7 +124,7 @@ class SimulationRequest:
         written = WrittenCondition(condition, "--section")
         known = self.scene.section_model(written)
         if self.plot is not None and self.plot_of is not None:
-            from lagrange_cli.simulate.results.curves import read_panels
+            from lagrange_cli.pictures.curves import read_panels
 
             names = [name for name in known.model.columns if not name.startswith("section ")]
             read_panels(self.plot_of, ("t", *names, "energy"), "--plot-of")

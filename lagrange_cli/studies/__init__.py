@@ -4,12 +4,4 @@ A model goes in; tables of errors and seconds come out, measured against a solut
 accuracy. Read :mod:`.reference` first.
 """
 
-__all__ = [
-    "branch_picture",
-    "effective_potential",
-    "linear_motion",
-    "linear_pictures",
-    "lyapunov",
-    "mode_pictures",
-    "reference",
-]
+__all__ = ["effective_potential", "linear_motion", "lyapunov", "reference"]

@@ -1,4 +1,4 @@
-"""The effective potential of one coordinate as a picture, with the turning points of the motion.
+"""The effective potential of one coordinate, with the turning points of the motion.
 
 With the ignored momenta of the start, ½ S(q) q̇² + V_eff(q) = E: the motion stays where V_eff ≤ E,
 and turns where both are equal (L. D. Landau and E. M. Lifshitz, Mechanics, 3rd ed., § 11 and 14).
@@ -19,8 +19,7 @@ from lagrange_cli.analysis.forms.routhian import Routhian, routhian_form
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
-from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
-from lagrange_cli.simulate.results.picture import Line, Panel, Picture
+from lagrange_cli.simulate.model.labels import Labels, labels_of
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -217,32 +216,3 @@ def _edge(potential: Callable[[float], float], top: float, end: float, margin: f
             break
         last = end + part * margin
     return last
-
-
-def picture_of_potential(potential: EffectivePotential) -> Picture:
-    """Gather the lines of a picture: V_eff, E, and a line down from each turning point."""
-    labels, name = potential.labels, potential.coordinate.name
-    symbol, unit = labels.symbol(name), labels.unit(name)
-    lines = [
-        Line(Label(r"$V_{\mathrm{eff}}$", "V_eff"), potential.q, potential.values),
-        Line(
-            Label(rf"$E = {_digits(potential.energy)}$", f"E = {potential.energy:.6g}"),
-            potential.q[[0, -1]],
-            np.array([potential.energy, potential.energy]),
-        ),
-    ]
-    bottom = float(min(potential.values.min(), potential.energy))
-    bottom -= 0.05 * (max(float(potential.values.max()), potential.energy) - bottom)
-    for place in dict.fromkeys(x for x in potential.turning or () if x is not None):
-        label = Label(f"${symbol.latex} = {_digits(place)}$", f"{symbol.plain} = {place:.6g}")
-        lines.append(Line(label, np.array([place, place]), np.array([bottom, potential.energy])))
-    ending = ("", "") if unit is None else (f" in ${unit.latex}$", f" in {unit.plain}")
-    x_label = Label(f"${symbol.latex}${ending[0]}", f"{symbol.plain}{ending[1]}")
-    panel = Panel(tuple(lines), x_label, lines[0].label, over_time=False, equal=False)
-    return Picture(labels.title, (panel,), stacked=True)
-
-
-def _digits(value: float) -> str:
-    """Write a number in LaTeX."""
-    mantissa, _, exponent = f"{value:.6g}".partition("e")
-    return mantissa if not exponent else rf"{mantissa} \times 10^{{{int(exponent)}}}"

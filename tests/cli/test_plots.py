@@ -104,7 +104,7 @@ def test_a_run_that_memory_does_not_hold_is_drawn_too(folder):
     curves = ("--plot-of", "y:x, area, energy")
     done = simulate(folder, "--method", "RK4", "--step", "4e-5", "--plot", "a.tex", *curves)
     assert done.returncode == 0
-    orbit, area, _ = (folder / "a.tex").read_text().split(r"\addplot")[1:]
+    orbit, _, _, area, _ = (folder / "a.tex").read_text().split(r"\addplot")[1:]
     points = np.array(re.findall(r"\((\S+),(\S+)\)\n", orbit), dtype=float)
     # The conic section r = p - e x, with p = L^2 = 1.44 and e = 0.44.
     off = np.hypot(*points.T) - (1.44 - 0.44 * points[:, 0])

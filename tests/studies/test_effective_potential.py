@@ -7,7 +7,8 @@ import pytest
 
 from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
-from lagrange_cli.studies.effective_potential import effective_potential, picture_of_potential
+from lagrange_cli.pictures import picture_of
+from lagrange_cli.studies.effective_potential import effective_potential
 from tests.cli.terminal import lagrange, succeed
 from tests.systems.shipped import SYSTEMS
 
@@ -82,7 +83,8 @@ def test_friction_leaves_no_turning_points():
     found = found_of(loads(text).derive())
     assert found.turning is None
     assert "no turning points" in found.phrase
-    assert len(picture_of_potential(found).panels[0].lines) == 2
+    (panel,) = picture_of(found).panels
+    assert (len(panel.lines), panel.places) == (2, ())
 
 
 @pytest.mark.parametrize(
@@ -118,7 +120,7 @@ def test_command(tmp_path):
     assert "r turns at 1 and" in shown.stderr
     text = file.read_text()
     assert r"V_{\mathrm{eff}}" in text
-    assert "r = 1$" in text
+    assert r"r_{\mathrm{min}} = 1$" in text
     pytest.importorskip("matplotlib")
     succeed("derive", scene, "--form", "routhian", "--plot", str(tmp_path / "v.svg"))
     assert (tmp_path / "v.svg").stat().st_size > 1000

@@ -183,7 +183,7 @@ def test_varied_paths_change_the_action_at_second_order():
 
 @pytest.mark.slow
 def test_modes_have_as_many_negative_eigenvalues_as_there_are_conjugate_points():
-    from lagrange_cli.studies.path.plot import actions, modes
+    from lagrange_cli.studies.path.measure import actions, modes
 
     span = 2.5 * math.pi / 3
     found = paths(OSCILLATOR, {"x": 0.3, "t": 0}, {"x": 0.2, "t": span})

@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.notation.page import UNBROKEN
+from lagrange_cli.pictures import picture_of
+from lagrange_cli.pictures.drawing import drawn
 from lagrange_cli.report.contents.tradeoff import (
     character_plot,
     tradeoff_text,
 )
 from lagrange_cli.report.values.studies import TRADE, options_of
 from lagrange_cli.simulate import simulate
-from lagrange_cli.studies.tradeoff.result import draw_trade
 from lagrange_cli.studies.tradeoff.runs import Setting
 from tests.studies.trade_systems import (
     made,
@@ -109,22 +110,22 @@ def test_pictures_keep_their_width_whatever_is_drawn(pairs):
 @pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
 def test_work_precision_pictures(traded, ending, start):
     pytest.importorskip("matplotlib")
-    drawn = draw_trade(traded, ending)
-    assert drawn.startswith(start)
-    assert draw_trade(traded, ending) == drawn
+    data = drawn(picture_of(traded), ending)
+    assert data.startswith(start)
+    assert drawn(picture_of(traded), ending) == data
 
 
 @pytest.mark.slow
 def test_pictures_of_nothing_can_be_drawn(traded):
     pytest.importorskip("matplotlib")
     nothing = replace(traded, points=(made(None),), automatic=())
-    assert draw_trade(nothing, "png").startswith(b"\x89PNG")
+    assert drawn(picture_of(nothing), "png").startswith(b"\x89PNG")
 
 
 def test_pictures_say_what_they_need(traded, monkeypatch):
     pytest.importorskip("matplotlib")
     with pytest.raises(InputError, match=r"\.txt"):
-        draw_trade(traded, "txt")
+        drawn(picture_of(traded), "txt")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(InputError, match=r"lagrange-cli\[plot\]"):
-        draw_trade(traded, "png")
+        drawn(picture_of(traded), "png")

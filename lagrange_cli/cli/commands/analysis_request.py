@@ -140,9 +140,8 @@ class AnalysisPictures:
         shown = _shown_by_plot(request) if plot is not None else None
         if animate is not None:
             _require_modes(request, "--animate", "")
-        if plot is not None and shown != "diagram" and ending_of(plot) == ".tex":
-            what = "a response" if shown == "bode" else "modes"
-            raise click.UsageError(f"--plot draws {what} as .svg, .pdf or .png")
+        if plot is not None and shown == "shapes" and ending_of(plot) == ".tex":
+            raise click.UsageError("--plot draws modes as .svg, .pdf or .png")
         drawn = {} if shown is None else {shown: plot}
         return cls(loci=loci, moving=animate, **drawn)
 

@@ -116,7 +116,7 @@ ENDINGS = {"text": ".txt", "latex": ".tex", "markdown": ".md", "typst": ".typ", 
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
 @heading("Pictures")
 @options.plot(
-    "Draw the shapes of --modes or the Bode diagram of --response, as .svg, .pdf or .png; the"
+    "Draw the shapes of --modes, as .svg, .pdf or .png; the Bode diagram of --response or the"
     " bifurcation diagram of --branches also as .pgf or .tex.",
     "tex",
 )

@@ -177,9 +177,9 @@ def member_choice(
             "an ensemble keeps each member as it ends, without --checkpoint",
             "--resume -o ensemble.npz goes on with the others",
         )
-    if (plot is None) != (map_names is None):
-        hint = "--map theta1,theta2 --plot map.png draws a number of its members over a plane"
-        raise _usage("an ensemble is drawn as a map, into the file of --plot", hint)
+    if map_names is not None and plot is None:
+        hint = "--map theta1,theta2 --plot map.png"
+        raise _usage("a map is drawn into the file of --plot", hint)
     drawn = sample, number, seed
     run = jobs, scheduler, resume is not None
     read = written_reductions(reductions)

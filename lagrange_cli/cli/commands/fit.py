@@ -35,7 +35,10 @@ if TYPE_CHECKING:
 @options.parameters
 @options.initial
 @options.report_path
-@options.plot("Draw measurements, the fitted motion and what is left; needs matplotlib.")
+@options.plot(
+    "Draw measurements, the fitted motion and what is left, as .pdf, .svg, .png, .pgf or .tex.",
+    "tex",
+)
 @options.json_flag("Report as JSON.")
 @options.common
 @click.pass_context

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
 @options.parameters
 @options.initial
 @options.report_path
-@options.plot("Draw seconds and right-hand sides over the error; needs matplotlib.")
+@options.plot(
+    "Draw seconds and right-hand sides over the error, as .pdf, .svg, .png, .pgf or .tex.", "tex"
+)
 @options.json_flag("Report as JSON.")
 @options.common
 @click.pass_context

@@ -1,7 +1,7 @@
-"""The result of a simulation: its columns, files, pictures and status.
+"""The result of a simulation: its columns, files and status.
 
 Samples and measured errors go in; a frozen trajectory comes out, or files written window by
 window. Read :mod:`.trajectory` first.
 """
 
-__all__ = ["columns", "curves", "formats", "outcome", "picture", "plot", "streaming", "trajectory"]
+__all__ = ["columns", "formats", "outcome", "streaming", "trajectory"]

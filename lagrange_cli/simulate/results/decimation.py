@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.columns import Sampled
@@ -81,40 +80,3 @@ class Decimator:
     def _sampled(self, t: Array, curves: Array) -> Sampled:
         *columns, energy = curves
         return Sampled(t, dict(zip(self._names, columns, strict=True)), energy, {}, {})
-
-
-def simplified(x: Array, y: Array, tolerance: float) -> NDArray[np.intp]:
-    """Choose points of a curve that keep its shape (D. H. Douglas and T. K. Peucker, 1973).
-
-    Parameters
-    ----------
-    x, y
-        Shape (m,), finite.
-    tolerance
-        Distance from the curve that its points may have, relative to the extents of the curve.
-
-    Returns
-    -------
-    NDArray
-        Indices of the points, ascending.
-    """
-    scaled = np.stack([(c - c.min()) / (np.ptp(c) or 1.0) for c in (x, y)], axis=1)
-    chosen = np.zeros(len(x), dtype=bool)
-    chosen[[0, -1]] = True
-    open_parts = [(0, len(x) - 1)]
-    while open_parts:
-        first, last = open_parts.pop()
-        inner = scaled[first + 1 : last] - scaled[first]
-        if not len(inner):
-            continue
-        chord = scaled[last] - scaled[first]
-        length = float(chord @ chord)
-        # Distances from the chord, not from its line: paths turn back.
-        along = np.clip(inner @ chord / length, 0.0, 1.0) if length else np.zeros(len(inner))
-        off = np.hypot(*(inner - along[:, None] * chord).T)
-        farthest = int(off.argmax())
-        if off[farthest] > tolerance:
-            middle = first + 1 + farthest
-            chosen[middle] = True
-            open_parts += [(first, middle), (middle, last)]
-    return np.flatnonzero(chosen)

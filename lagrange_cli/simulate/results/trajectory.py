@@ -8,8 +8,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+from lagrange_cli.drawn import draw_into
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files import ending_of, write_file
+from lagrange_cli.files import write_file
 from lagrange_cli.notation.html import html_formula, html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Labels
@@ -315,13 +316,4 @@ class Trajectory:
             matplotlib is not installed, or it cannot write such a file; nothing has a name that is
             asked for.
         """
-        from lagrange_cli.simulate.results.curves import read_panels, usual_panels
-        from lagrange_cli.simulate.results.picture import picture_of
-        from lagrange_cli.simulate.results.plot import draw
-
-        if of is None:
-            panels = usual_panels(self.coordinates, self.labels.dimensions)
-        else:
-            panels = read_panels(of, ("t", *self.columns, "energy"), "of")
-        ending = ending_of(path).lstrip(".")
-        write_file(path, draw(picture_of(self, panels), ending))
+        draw_into(path, self, of)

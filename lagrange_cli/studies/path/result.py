@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.drawn import Drawn
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.html import html_table, html_text
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Paths:
+class Paths(Drawn):
     """Paths of stationary action between two configurations at two times.
 
     Attributes
@@ -133,21 +134,6 @@ class Paths:
         with as_csv(file, len(table["t"]), None) as add:
             add(table)
         write_file(path, file.getvalue())
-
-    def plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw the paths, variations of the first, and their actions: a picture by matplotlib, or
-        ``.tex`` for pgfplots.
-
-        Raises
-        ------
-        InputError
-            matplotlib is not installed, or it cannot write such a file.
-        """
-        from lagrange_cli.simulate.results.plot import draw
-        from lagrange_cli.studies.path.plot import picture_of_paths
-
-        ending = ending_of(path).lstrip(".")
-        write_file(path, draw(picture_of_paths(self.motions, self.solutions), ending))
 
 
 def _columns(trajectory: Trajectory, names: tuple[str, ...]) -> list[Array]:

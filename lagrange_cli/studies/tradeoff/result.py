@@ -1,21 +1,16 @@
-"""Speed against accuracy of one scene as a value, with its tables and pictures."""
+"""Speed against accuracy of one scene as a value, with its tables."""
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
-from lagrange_cli.files import ending_of, write_file
+from lagrange_cli.drawn import Drawn
 from lagrange_cli.notation.html import html_table, html_text
-from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 from lagrange_cli.studies.reference import Reference
 from lagrange_cli.studies.tradeoff.runs import ACCURACIES, WorkPrecisionPoint
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -48,7 +43,7 @@ class CostRatios:
 
 
 @dataclass(frozen=True, repr=False)
-class Trade:
+class Trade(Drawn):
     """Speed against accuracy of one scene.
 
     Attributes
@@ -103,10 +98,6 @@ class Trade:
             if best is not None:
                 recommendations.append(Recommendation(accuracy, best))
         return tuple(recommendations)
-
-    def plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw seconds and right-hand sides over the error; raises as :func:`draw_trade`."""
-        write_file(path, draw_trade(self, ending_of(path).lstrip(".")))
 
     def _repr_html_(self) -> str:
         """Return what notebooks show."""
@@ -189,78 +180,3 @@ def _row(point: WorkPrecisionPoint) -> list[str]:
         f"{point.median:.2e}",
         f"{point.evaluations}",
     ]
-
-
-# Pictures.
-
-
-_MARKERS = "os^vDP*Xph"
-
-#: Largest error that is drawn, relative to scales.
-_LARGEST = 1.0
-
-
-def draw_trade(trade: Trade, ending: str) -> bytes:
-    """Draw seconds and right-hand sides over the error, with the fronts; return the file's bytes.
-
-    Raises
-    ------
-    InputError
-        matplotlib is not installed, or does not know the ending.
-    """
-    figure = new_figure((11, 5.5), ending)
-    left, right = figure.subplots(1, 2)
-    for axes, cost, front, label in (
-        (left, _seconds, lambda p: p.pareto, "seconds"),
-        (right, _evaluations, lambda p: p.pareto_evaluations, "right-hand sides"),
-    ):
-        if not any(map(_drawn, trade.points)):
-            axes.set_title("no run to draw")
-            continue
-        _lines(axes, trade, cost)
-        _front(axes, trade, cost, front)
-        axes.set(xscale="log", yscale="log", ylabel=label)
-        axes.set_xlabel("largest error over its scale")
-        axes.invert_xaxis()
-        axes.grid(visible=True, alpha=0.3)
-        axes.axvline(trade.reference.error, color="grey", linestyle=":", label="reference's error")
-    right.legend(*right.get_legend_handles_labels(), fontsize="small")
-    # Text of a scene is text, not mathematics to be parsed.
-    figure.suptitle(f"{trade.name}, until t = {trade.until:.6g}", parse_math=False)
-    return picture_bytes(figure, ending)
-
-
-def _seconds(point: WorkPrecisionPoint) -> float:
-    return point.median
-
-
-def _evaluations(point: WorkPrecisionPoint) -> float:
-    return float(point.evaluations)
-
-
-def _drawn(point: WorkPrecisionPoint) -> bool:
-    return bool(point.seconds) and 0 < point.distance <= _LARGEST
-
-
-def _lines(axes: Axes, trade: Trade, cost: Callable[[WorkPrecisionPoint], float]) -> None:
-    """Draw a line for each method, and crosses for ``auto``."""
-    names = dict.fromkeys(p.setting.method for p in trade.points)
-    for number, name in enumerate(names):
-        mine = [p for p in trade.points if p.setting.method == name and _drawn(p)]
-        (line,) = axes.plot([p.distance for p in mine], [cost(p) for p in mine], label=name)
-        line.set(marker=_MARKERS[number % len(_MARKERS)], markersize=4, linewidth=1)
-    automatic = [ratios.point for ratios in trade.automatic if _drawn(ratios.point)]
-    if automatic:
-        crosses = [(p.distance, cost(p)) for p in automatic]
-        axes.plot(*zip(*crosses, strict=True), "k+", ms=12, label="auto")
-
-
-def _front(
-    axes: Axes,
-    trade: Trade,
-    cost: Callable[[WorkPrecisionPoint], float],
-    on_front: Callable[[WorkPrecisionPoint], bool],
-) -> None:
-    """Draw the Pareto front."""
-    best = sorted((p.distance, cost(p)) for p in trade.points if _drawn(p) and on_front(p))
-    axes.plot(*zip(*best, strict=True), color="black", lw=5, alpha=0.15, label="front")

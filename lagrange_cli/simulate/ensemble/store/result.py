@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -30,6 +31,9 @@ _LIBRARIES = ("numpy", "scipy", "sympy")
 
 #: Kinds of arrays whose names end in that of a column, or of a value that members are given.
 _OF_COLUMNS = {"", "given", "final", "scale"}
+
+#: Absolute value of a column, which has its unit.
+_ABSOLUTE = re.compile(r"abs\(\s*([^()]+|dot\([^()]+\))\s*\)")
 
 #: Words that xarray takes for lengths of time, which it would turn into dates.
 _CONVERTED = {"days", "hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds"}
@@ -227,7 +231,9 @@ def unit_of(name: str, labels: Labels, reductions: Mapping[str, Reduction]) -> s
         return labels.units.get("t")
     if reduction is None:
         return None
-    return labels.units.get(reduction.text[reduction.start : reduction.end].strip())
+    reduced = reduction.text[reduction.start : reduction.end].strip()
+    inside = _ABSOLUTE.fullmatch(reduced)
+    return labels.units.get(inside[1] if inside else reduced)
 
 
 def _versions() -> dict[str, str]:

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from lagrange_cli import InputError
+from lagrange_cli.pictures.by_matplotlib import draw_map
+from lagrange_cli.pictures.drawn.maps import Plane
 from lagrange_cli.simulate.ensemble.plan.plan import Selection
 from lagrange_cli.simulate.ensemble.plan.sampling import sampled
 from lagrange_cli.simulate.ensemble.plan.sources import grid
-from lagrange_cli.simulate.ensemble.reduce.plane_map import Plane
 from lagrange_cli.simulate.model.requested_outputs import read_reduction
-from lagrange_cli.simulate.results.plot import draw_map
 from tests.simulate.ensemble.test_ensemble import PENDULUM, plan_of
 
 KEPT = Selection((), True, (read_reduction("first(theta < 0)"),))
@@ -53,8 +53,9 @@ def test_values_stand_where_their_members_are(plan, specs):
     assert not found.is_even
     turned = drawn(plan, grid(specs), ("m", "theta"), lambda theta, m: 10 * theta + m)
     assert np.allclose(turned.values, found.values.T)
-    assert found.label.plain == "first(theta < 0) in s"
-    assert (found.x_label.plain, found.y_label.plain) == ("θ in rad", "m in kg")
+    assert found.bar.label.plain == "first t in s with θ < 0"
+    assert found.bar.label.latex == r"first $t$ in $\mathrm{s}$ with $\theta < 0$"
+    assert (found.x_axis.label.plain, found.y_axis.label.plain) == ("θ in rad", "m in kg")
 
 
 @pytest.mark.slow

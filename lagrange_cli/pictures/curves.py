@@ -96,10 +96,10 @@ def columns_of(panels: Panels) -> tuple[str, ...]:
 
 
 def usual_panels(coordinates: Sequence[str], dimension: Mapping[str, str]) -> Panels:
-    """Choose coordinates, then velocities over the time, a panel a dimension; then the energy."""
+    """Choose coordinates, then velocities over the time, a panel for each dimension."""
     rates = [f"dot({name})" for name in coordinates]
     panels: dict[tuple[bool, str], list[Curve]] = {}
     for is_rate, names in enumerate((coordinates, rates)):
         for name in names:
             panels.setdefault((bool(is_rate), dimension.get(name, "?")), []).append(Curve(name))
-    return (*map(tuple, panels.values()), (Curve("energy"),))
+    return tuple(map(tuple, panels.values()))

@@ -17,8 +17,8 @@ from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.emit.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable
+from lagrange_cli.pictures.figures import new_figure, picture_bytes
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.results.plot import new_figure, picture_bytes
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

@@ -12,10 +12,10 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.errors import InputError
+from lagrange_cli.pictures import picture_of
+from lagrange_cli.pictures.by_pgfplots import simplified
+from lagrange_cli.pictures.curves import Curve, read_panels
 from lagrange_cli.simulate.model.labels import Labels
-from lagrange_cli.simulate.results.curves import Curve, read_panels, usual_panels
-from lagrange_cli.simulate.results.decimation import simplified
-from lagrange_cli.simulate.results.picture import picture_of
 from tests.simulate.results.test_streams import BALL, PENDULUM
 
 HOSTILE = r"Text \input{/etc/passwd} $x_1$ 50 % & #{ ~^ \end{tikzpicture} ẞ中"
@@ -45,9 +45,7 @@ def ball():
 
 
 def shown(trajectory, of=None):
-    names = ("t", *trajectory.columns, "energy")
-    usual = usual_panels(trajectory.coordinates, trajectory.labels.dimensions)
-    return picture_of(trajectory, usual if of is None else read_panels(of, names, "of")).panels
+    return picture_of(trajectory, of).panels
 
 
 class TestCurves:
@@ -88,7 +86,7 @@ class TestCurves:
 
 class TestPanels:
     def test_a_panel_for_each_dimension(self, atwood):
-        labels = [(p.x_label.latex, p.y_label.latex) for p in shown(atwood)]
+        labels = [(p.x.label.latex, p.y.label.latex) for p in shown(atwood)]
         assert labels == [
             (r"$t$ in $\mathrm{s}$", r"$r$ in $\mathrm{m}$"),
             (r"$t$ in $\mathrm{s}$", r"${\vartheta}$ in $\mathrm{rad}$"),
@@ -98,9 +96,9 @@ class TestPanels:
         ]
 
     def test_the_title_is_the_scenes(self, atwood):
-        assert picture_of(atwood, ()).title == "Swinging Atwood machine"
+        assert picture_of(atwood).title == "Swinging Atwood machine"
         untitled = loads(PENDULUM).derive().simulate(until=1)
-        assert picture_of(untitled, ()).title == untitled.name
+        assert picture_of(untitled).title == untitled.name
 
     def test_a_conserved_energy_shows_its_drift(self, atwood):
         (line,) = shown(atwood)[-1].lines
@@ -113,18 +111,18 @@ class TestPanels:
         assert run.energy_drift is None
         (panel,) = shown(run, "energy")
         assert np.array_equal(panel.lines[0].y, run.energy)
-        assert panel.y_label.plain == "E"
+        assert panel.y.label.plain == "E"
 
     def test_a_path_of_lengths_has_one_scale(self, atwood):
         path, portrait, mixed = shown(atwood, "z_bob:x_bob, dot(r):r, r:theta")
-        assert (path.equal, portrait.equal, mixed.equal) == (True, False, False)
+        assert (path.is_equal, portrait.is_equal, mixed.is_equal) == (True, False, False)
         assert np.array_equal(path.lines[0].x, atwood.columns["x_bob"])
         assert np.array_equal(path.lines[0].y, atwood.columns["z_bob"])
         assert path.lines[0].label.plain == "z_bob(x_bob)"
 
     def test_curves_of_other_dimensions_have_no_unit(self, atwood):
         (panel,) = shown(atwood, "r + theta")
-        assert panel.y_label.latex == r"$r$, ${\vartheta}$"
+        assert panel.y.label.latex == r"$r$, ${\vartheta}$"
         assert [line.label.plain for line in panel.lines] == ["r", "θ"]
 
     @pytest.mark.slow

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, nearest
+from lagrange_cli.notation.symbols import latex_unit
+from lagrange_cli.pictures.mathematics import reduction_axis
+from lagrange_cli.pictures.picture import Axis, PlaneMap, axis_of
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.enumeration import GridMembers
 from lagrange_cli.simulate.ensemble.store.result import unit_of
 from lagrange_cli.simulate.model.labels import Label, Labels
-from lagrange_cli.simulate.results.picture import PlaneMap, axis_label
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.plan.enumeration import Members
@@ -126,9 +128,9 @@ class Plane:
             x[ordered[0]],
             y[ordered[1]],
             values[ordered[1]][:, ordered[0]],
-            axis_label(labels, [self.x]),
-            axis_label(labels, [self.y]),
-            _label(labels, name, plan, until),
+            axis_of(labels, [self.x]),
+            axis_of(labels, [self.y]),
+            _bar(labels, name, plan, until),
             len(units) == 1 and None not in units,
         )
 
@@ -152,15 +154,15 @@ class Plane:
         return names.index(name) < names.index(second_axis)
 
 
-def _label(labels: Labels, name: str, plan: Plan, until: float) -> Label:
-    """Label the array that is drawn, with its unit."""
+def _bar(labels: Labels, name: str, plan: Plan, until: float) -> Axis:
+    """Return the quantity of the array that is drawn."""
     kind, _, written = name.partition("/")
     if kind == "final":
-        label = axis_label(labels, [written])
-        at = f" at t = {until:g}"
-        return Label(label.latex + at, label.plain + at)
-    unit = unit_of(
-        name, labels, {reduction.text: reduction for reduction in plan.selection.reductions}
-    )
-    text = written if unit is None else f"{written} in {unit}"
-    return Label(text, text)
+        axis = axis_of(labels, [written])
+        ending = f"$t = {until:g}$", f"t = {until:g}"
+        name_at_end = f"{axis.name.latex} at {ending[0]}", f"{axis.name.plain} at {ending[1]}"
+        return Axis(Label(*name_at_end), axis.unit)
+    reductions = {reduction.text: reduction for reduction in plan.selection.reductions}
+    unit = unit_of(name, labels, reductions)
+    shown = None if unit is None else Label(latex_unit(unit), unit)
+    return reduction_axis(reductions[written], shown, labels)
