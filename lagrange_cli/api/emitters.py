@@ -57,13 +57,13 @@ def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[st
 
 
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.sketch.tikz import emit_tikz
+    from lagrange_cli.pictures.sketch.tikz import emit_tikz
 
     return emit_tikz(equations, options)
 
 
 def _svg(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.sketch.svg import emit_svg
+    from lagrange_cli.pictures.sketch.svg import emit_svg
 
     return emit_svg(equations, options)
 

@@ -1,4 +1,4 @@
-"""Equations → code: C, Python; sketches.
+"""Equations → code: C, Python.
 
 Equations go in; file names with their text come out. The contract of a format, code or document,
 is in :mod:`.base`; read it first.

@@ -56,7 +56,7 @@ def pgfplots_text(picture: Picture) -> str:
     top = height * picture.panels[0].height if picture.is_stacked else height
     place = f"({_number(middle)}cm,{_number(top + (0.3 if picture.columns == 1 else 1.0))}cm)"
     style = f"anchor=south, align=center, text width={_number(2 * middle)}cm"
-    caption = "" if picture.caption is NO_LABEL else rf"\\ {picture.caption.latex}"
+    caption = "" if picture.caption is NO_LABEL else rf"\\ \mbox{{{picture.caption.latex}}}"
     title = f"\\node[{style}] at {place} {{{latex_text(picture.title)}{caption}}};\n"
     body = "".join(_axes(picture))
     return f"{_HEAD}\\begin{{tikzpicture}}\n{title}{body}\\end{{tikzpicture}}\n"

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from lagrange_cli import load, loads
-from lagrange_cli.emit.sketch.composition import sketch_of
-from lagrange_cli.emit.sketch.svg import svg_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.pictures.drawn.modes import animated_modes, draw_modes, mode_pictures
+from lagrange_cli.pictures.sketch.composition import sketch_of
+from lagrange_cli.pictures.sketch.svg import svg_text
 from tests.cli.terminal import lagrange, succeed
 from tests.systems.shipped import SYSTEMS, derived
 

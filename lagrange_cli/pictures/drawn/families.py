@@ -146,5 +146,5 @@ def member_label(
     if not values or not all(map(DECIMAL_NUMBER.fullmatch, values.values())):
         return Label(str(member), str(member))
     symbols = labels.symbol if symbol is None else symbol
-    pairs = [equation(symbols(n), float(text), unit_of(labels, n)) for n, text in values.items()]
+    pairs = [equation(symbols(n), float(text), labels.unit(n)) for n, text in values.items()]
     return Label(", ".join(p.latex for p in pairs), ", ".join(p.plain for p in pairs))

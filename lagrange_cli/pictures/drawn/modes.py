@@ -14,10 +14,10 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from lagrange_cli.analysis.analyze import analyze
-from lagrange_cli.emit.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.pictures.figures import new_figure, picture_bytes
+from lagrange_cli.pictures.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.simulate.arrays import Array
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lagrange_cli.analysis.values import Mode
-    from lagrange_cli.emit.sketch.displaced import Drawn
-    from lagrange_cli.emit.sketch.sketch import StrokeKind
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.pictures.sketch.displaced import Drawn
+    from lagrange_cli.pictures.sketch.sketch import StrokeKind
 
 #: Modes that are drawn, and pictures in a row.
 _MOST_MODES, _IN_A_ROW = 12, 4

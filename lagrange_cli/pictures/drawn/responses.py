@@ -90,4 +90,6 @@ def _lines(diagram: BodeDiagram, values: list[tuple[Channel, Array]]) -> Iterato
 
 def _label(labels: Labels, channel: Channel) -> Label:
     source, output = labels.symbol(channel.source), labels.symbol(channel.output)
-    return Label(rf"${source.latex} \to {output.latex}$", f"{source.plain} → {output.plain}")
+    return Label(
+        rf"${source.latex} \rightarrow {output.latex}$", f"{source.plain} → {output.plain}"
+    )

@@ -5,4 +5,4 @@ each with its action, its kind, and how near its motion comes to the other end. 
 first.
 """
 
-__all__ = ["ends", "find", "measure", "models", "result"]
+__all__ = ["ends", "find", "measure", "models", "result", "scan"]

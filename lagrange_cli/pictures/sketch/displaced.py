@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch import shapes
-from lagrange_cli.emit.sketch.configurations import configurations, feasible_near, size_of
-from lagrange_cli.emit.sketch.findings import Findings, Link
-from lagrange_cli.emit.sketch.guides import Guide, frame_of, guides
-from lagrange_cli.emit.sketch.links import findings
-from lagrange_cli.emit.sketch.sketch import StrokeKind
-from lagrange_cli.emit.sketch.view import View, gravity, view_of
-from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
+from lagrange_cli.pictures.sketch import shapes
+from lagrange_cli.pictures.sketch.configurations import configurations, feasible_near, size_of
+from lagrange_cli.pictures.sketch.findings import Findings, Link
+from lagrange_cli.pictures.sketch.guides import Guide, frame_of, guides
+from lagrange_cli.pictures.sketch.links import findings
+from lagrange_cli.pictures.sketch.sketch import StrokeKind
+from lagrange_cli.pictures.sketch.view import View, gravity, view_of
+from lagrange_cli.pictures.sketch.wheels import Wheel, find_wheels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.emit.sketch.configurations import Configurations
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.pictures.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch import labels, shapes
-from lagrange_cli.emit.sketch.configurations import Configurations, configurations
-from lagrange_cli.emit.sketch.findings import Angle, Findings, Link
-from lagrange_cli.emit.sketch.guides import Frame, Guide, frame_of, guides
-from lagrange_cli.emit.sketch.labels import Placer, half_size
-from lagrange_cli.emit.sketch.links import findings
-from lagrange_cli.emit.sketch.sketch import (
+from lagrange_cli.pictures.sketch import labels, shapes
+from lagrange_cli.pictures.sketch.configurations import Configurations, configurations
+from lagrange_cli.pictures.sketch.findings import Angle, Findings, Link
+from lagrange_cli.pictures.sketch.guides import Frame, Guide, frame_of, guides
+from lagrange_cli.pictures.sketch.labels import Placer, half_size
+from lagrange_cli.pictures.sketch.links import findings
+from lagrange_cli.pictures.sketch.sketch import (
     Caption,
     Dot,
     DotKind,
@@ -24,8 +24,8 @@ from lagrange_cli.emit.sketch.sketch import (
     Stroke,
     StrokeKind,
 )
-from lagrange_cli.emit.sketch.view import View, gravity, view_of
-from lagrange_cli.emit.sketch.wheels import Wheel, find_wheels
+from lagrange_cli.pictures.sketch.view import View, gravity, view_of
+from lagrange_cli.pictures.sketch.wheels import Wheel, find_wheels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

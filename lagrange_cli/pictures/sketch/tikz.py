@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import comment_text
-from lagrange_cli.emit.sketch.composition import sketch_of
+from lagrange_cli.pictures.sketch.composition import sketch_of
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
-    from lagrange_cli.emit.sketch.sketch import Dot, DotKind, Place, Sketch, Stroke, StrokeKind
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.pictures.sketch.sketch import Dot, DotKind, Place, Sketch, Stroke, StrokeKind
 
 _STYLES: dict[StrokeKind, str] = {
     "rod": "line width=0.9pt",

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch.sketch import Caption
 from lagrange_cli.notation.symbols import latex_name, text_name
+from lagrange_cli.pictures.sketch.sketch import Caption
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from sympy import Expr
 
-    from lagrange_cli.emit.sketch.configurations import Configurations
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import BodyForce
+    from lagrange_cli.pictures.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, MOVES, SAME, Angle, Findings, Link
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.pictures.sketch.findings import MOST_SOUGHT, MOVES, SAME, Angle, Findings, Link
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -19,16 +19,16 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import sympy
 
-from lagrange_cli.emit.sketch.configurations import Function
-from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, SAME
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.pictures.sketch.configurations import Function
+from lagrange_cli.pictures.sketch.findings import MOST_SOUGHT, SAME
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from sympy import Expr, Symbol
 
-    from lagrange_cli.emit.sketch.configurations import Configurations
+    from lagrange_cli.pictures.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
     #: Velocities of a particle, shape (3, k), and rates of an angle in independent motions; the

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch.curves import (
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.pictures.sketch.curves import (
     Curve,
     Relations,
     Restraint,
@@ -19,13 +20,12 @@ from lagrange_cli.emit.sketch.curves import (
     restraints,
     traced,
 )
-from lagrange_cli.mechanics.numerics.autodiff import DomainError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.emit.sketch.findings import Findings
-    from lagrange_cli.emit.sketch.view import View
+    from lagrange_cli.pictures.sketch.findings import Findings
+    from lagrange_cli.pictures.sketch.view import View
 
     Array: TypeAlias = NDArray[np.float64]
     Window: TypeAlias = tuple[Array, Array]

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch.configurations import Function
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.pictures.sketch.configurations import Function
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.emit.sketch.configurations import Configurations
     from lagrange_cli.mechanics.depiction import StatedRelation
+    from lagrange_cli.pictures.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from sympy import Expr
 
-    from lagrange_cli.emit.sketch.configurations import Configurations
+    from lagrange_cli.pictures.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
 

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.emit.sketch.angles import find_angles
-from lagrange_cli.emit.sketch.configurations import Function
-from lagrange_cli.emit.sketch.findings import MOST_SOUGHT, MOVES, SAME, Findings, Link
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.pictures.sketch.angles import find_angles
+from lagrange_cli.pictures.sketch.configurations import Function
+from lagrange_cli.pictures.sketch.findings import MOST_SOUGHT, MOVES, SAME, Findings, Link
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.emit.sketch.configurations import Configurations
+    from lagrange_cli.pictures.sketch.configurations import Configurations
 
     Array: TypeAlias = NDArray[np.float64]
 

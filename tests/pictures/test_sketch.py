@@ -16,14 +16,14 @@ import pytest
 from lagrange_cli import loads
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import run
-from lagrange_cli.emit.sketch.composition import sketch_of
-from lagrange_cli.emit.sketch.configurations import configurations
-from lagrange_cli.emit.sketch.guides import frame_of, guides
-from lagrange_cli.emit.sketch.labels import half_size
-from lagrange_cli.emit.sketch.links import findings
-from lagrange_cli.emit.sketch.view import gravity, view_of
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.depiction import MOST_BODIES
+from lagrange_cli.pictures.sketch.composition import sketch_of
+from lagrange_cli.pictures.sketch.configurations import configurations
+from lagrange_cli.pictures.sketch.guides import frame_of, guides
+from lagrange_cli.pictures.sketch.labels import half_size
+from lagrange_cli.pictures.sketch.links import findings
+from lagrange_cli.pictures.sketch.view import gravity, view_of
 from lagrange_cli.scene.reader import read_text
 from tests.systems.shipped import SCENES, derived, sliced
 
@@ -521,7 +521,7 @@ def test_an_unknown_potential_is_no_obstacle_and_an_unknown_curve_is():
 @pytest.mark.slow
 def test_too_many_bodies_are_refused(monkeypatch):
     assert MOST_BODIES == 400
-    for module in ("mechanics.assembly", "emit.sketch.configurations"):
+    for module in ("mechanics.assembly", "pictures.sketch.configurations"):
         monkeypatch.setattr(f"lagrange_cli.{module}.MOST_BODIES", 40)
     derivation = loads(SCENES["chain_of_rods"].read_text(), parameters={"n": "40"}).derive()
     with pytest.raises(InputError, match="more than 40 particles and points"):

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
-from lagrange_cli.emit.sketch.composition import sketch_of
 from lagrange_cli.notation.symbols import printable
+from lagrange_cli.pictures.sketch.composition import sketch_of
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
-    from lagrange_cli.emit.sketch.sketch import Dot, DotKind, Place, Sketch, Stroke, StrokeKind
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.pictures.sketch.sketch import Dot, DotKind, Place, Sketch, Stroke, StrokeKind
 
 #: Pixels of a centimetre.
 _PIXELS = 40
