@@ -68,6 +68,11 @@ def spelled_symbol(text: str, level: Dependence, rank: int) -> DisplaySymbol:
     return replace(symbol_of(text, level, rank), spelled=True)
 
 
+def labelled_symbol(label: object, level: Dependence, rank: int) -> DisplaySymbol:
+    """Return a symbol that a writer puts into the letters of its format."""
+    return replace(symbol_of("", level, rank), label=label)
+
+
 def start_symbol(name: str, rank: int, latex: str | None = None) -> DisplaySymbol:
     """The start of a coordinate, as a constant: it stands behind the coordinate of this rank."""
     traits = OrderTraits(Dependence.PARAMETER, 1, 0, f"{rank:06d}~")

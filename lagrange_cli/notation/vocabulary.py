@@ -14,7 +14,7 @@ import sympy
 from lagrange_cli.mechanics.algebra.factor import letter_below
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.notation import ordering
-from lagrange_cli.notation.ordering import spelled_symbol
+from lagrange_cli.notation.ordering import labelled_symbol
 from lagrange_cli.notation.symbols import multiplier_name, split_name
 from lagrange_cli.notation.tree import Dependence, DisplaySymbol, Role, SignedNode, abbreviations_in
 
@@ -35,13 +35,13 @@ class Omission:
 
     Attributes
     ----------
-    written
-        Number of operations → what stands in place of the expression, in letters of the format.
+    notice
+        Number of operations → the label that stands in place of the expression.
     counts
         Operations of those that were left out so far.
     """
 
-    written: Callable[[int], str]
+    notice: Callable[[int], object]
     counts: list[int] = field(default_factory=list)
 
     def instead(self, parts: Sequence[Expr]) -> DisplaySymbol | None:
@@ -52,7 +52,7 @@ class Omission:
         if count <= MOST_OPERATIONS:
             return None
         self.counts.append(count)
-        return spelled_symbol(self.written(count), Dependence.ACCELERATION, 0)
+        return labelled_symbol(self.notice(count), Dependence.ACCELERATION, 0)
 
 
 def operations(parts: Sequence[Expr]) -> int:

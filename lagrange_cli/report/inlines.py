@@ -45,7 +45,7 @@ class Label(Written):
 class Chain(Label):
     """Formulas and signs one after the other; signs are ASCII and the same in every format."""
 
-    parts: tuple[Label | str, ...]
+    parts: tuple[Text, ...]
 
     def __bool__(self) -> bool:
         return bool(self.parts)
@@ -72,6 +72,17 @@ class Expression(Label):
 
     def write(self, to: Lettering) -> str:
         return to.letters.formula(to.node(self.node))
+
+
+@dataclass(frozen=True)
+class Less(Label):
+    """An expression that is added to a formula, with its sign: `` + a`` or `` - a``."""
+
+    node: DisplayNode
+
+    def write(self, to: Lettering) -> str:
+        text = to.letters.formula(to.node(self.node))
+        return f" - {text[1:]}" if text.startswith("-") else f" + {text}"
 
 
 @dataclass(frozen=True)
@@ -155,6 +166,11 @@ def virtual(operand: Label) -> Label:
 def square(operand: Label) -> Label:
     """The square of a symbol."""
     return Mark("square", (operand,))
+
+
+def at_least(operand: Label) -> Label:
+    """A formula that is not negative."""
+    return Mark("at_least", (operand,))
 
 
 def magnitude(operand: Label) -> Label:
@@ -279,10 +295,10 @@ class Unit(Written):
 class Inline(Written):
     """A formula within a sentence."""
 
-    formula: Label
+    formula: Text
 
     def write(self, to: Lettering) -> str:
-        return to.letters.inline(self.formula.write(to))
+        return to.letters.inline(to.text(self.formula))
 
 
 @dataclass(frozen=True)
@@ -292,7 +308,7 @@ class Listed(Written):
     ``opens``: true if the first letter is a capital.
     """
 
-    parts: tuple[Written, ...]
+    parts: tuple[Written | str, ...]
     between: str = ", "
     opens: bool = False
 
@@ -300,7 +316,7 @@ class Listed(Written):
         return bool(self.parts)
 
     def write(self, to: Lettering) -> str:
-        text = self.between.join(part.write(to) for part in self.parts)
+        text = self.between.join(map(to.text, self.parts))
         return text[:1].upper() + text[1:] if self.opens else text
 
 
@@ -356,6 +372,11 @@ def enumerated(formulas: Sequence[Label]) -> Written:
     if len(inline) < 2:
         return Listed(tuple(inline))
     return say("{first} and {last}", first=Listed(tuple(inline[:-1])), last=inline[-1])
+
+
+def in_parentheses(text: Text, *remarks: Text) -> Listed:
+    """Return a text with remarks in parentheses behind it."""
+    return Listed((text, " (", Listed(remarks), ")"), between="")
 
 
 def opened(text: Written) -> Listed:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 from lagrange_cli.report.contents.sentences import common_kind, remark_on
-from lagrange_cli.report.phrases.language import ENGLISH, Language
+from lagrange_cli.report.inlines import Written
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.families import Families, FamilyName
     from lagrange_cli.mechanics.families.forms import FamilyRow, Range
+    from lagrange_cli.mechanics.findings import ConstraintLine
     from lagrange_cli.mechanics.system import Coordinate
 
 
@@ -55,29 +57,49 @@ def coordinates_by_ranges(
     return groups
 
 
-#: A constraint of the account: its name, its equations with ranges, a remark.
-AccountLine: TypeAlias = "tuple[str, list[tuple[str, tuple[Range, ...]]], str]"
+class AccountLine(NamedTuple):
+    """A constraint of the account.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    equations
+        Its equations with the ranges of their indices.
+    remark
+        What is said of it, if anything.
+    """
+
+    name: str
+    equations: list[tuple[str, tuple[Range, ...]]]
+    remark: Written | None
 
 
-def account_lines(
-    equations: Equations, families: Families | None, say: Language = ENGLISH
-) -> list[AccountLine]:
+def account_lines(equations: Equations, families: Families | None) -> list[AccountLine]:
     """Constraints of the account; those that are alike but for their indices are one line."""
     lines = equations.derivation.account.lines
-    remark_of = partial(remark_on, say=say, classified=not common_kind(equations))
+    remark_of = partial(remark_on, classified=not common_kind(equations))
     if families is None:
-        return [(c.name, [(e, ()) for e in c.equations], remark_of(c)) for c in lines]
+        return [AccountLine(c.name, [(e, ()) for e in c.equations], remark_of(c)) for c in lines]
     account: list[AccountLine] = []
-    # Neither names nor equations nor remarks hold line breaks.
-    whole = ["\n".join((c.name, *c.equations, remark_of(c))) for c in lines]
-    for text in families.texts(whole):
-        name, *statements, remark = text.text.split("\n")
+    for text in families.texts(list(map(_whole, lines))):
+        line = lines[text.covers[0]]
+        name, *statements, implied, restitution, _ = text.text.split("\n")
+        by = tuple(implied.split("\t")) if implied else ()
+        remark = remark_of(replace(line, implied_by=by, restitution=restitution))
         if text.ranges:
-            account.append((name, [(e, text.ranges) for e in statements], remark))
+            account.append(AccountLine(name, [(e, text.ranges) for e in statements], remark))
         else:
             shown = families.texts(statements)
-            account.append((name, [(t.text, t.ranges) for t in shown], remark))
+            account.append(AccountLine(name, [(t.text, t.ranges) for t in shown], remark))
     return account
+
+
+def _whole(line: ConstraintLine) -> str:
+    """Return all that tells a constraint from others; its parts hold no line breaks."""
+    kind = f"{line.status} {line.on_a_part} {line.rheonomic}"
+    implied, restitution = "\t".join(line.implied_by), line.restitution or ""
+    return "\n".join((line.name, *line.equations, implied, restitution, kind))
 
 
 def sizes_line(families: Families) -> str:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from lagrange_cli.notation.labels import multiplier_column
-from lagrange_cli.report.phrases.language import ENGLISH, Language
+from lagrange_cli.report.contents.sentences import names
+from lagrange_cli.report.inlines import Written, say
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 _AXES = ("x", "y", "z")
 
 
-def forces_line(say: Language = ENGLISH) -> str:
+def forces_line() -> Written:
     """Say which forces the formulas give: those of constraints, without applied ones."""
     return say("beside applied forces; by constraints the multiplier times the gradient")
 
@@ -91,9 +92,9 @@ def are_none(forces: ConstraintForces) -> bool:
     return not (forces.open or forces.shared or any(values))
 
 
-def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
+def force_notes(forces: ConstraintForces) -> list[Written]:
     """Return notes on the formulas of forces."""
-    notes = []
+    notes: list[Written] = []
     if forces.form == "accelerations":
         notes.append(say("the accelerations are those of the equations of motion"))
     if forces.form == "multipliers":
@@ -106,8 +107,8 @@ def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
                 " coordinates, and acts on no particle",
                 "the forces on {bodies} are not unique: what {listed} exerts is written in"
                 " coordinates, and shared among them in no way that is stated",
-                bodies=", ".join(forces.shared),
-                listed=", ".join(forces.included),
+                bodies=names(forces.shared),
+                listed=names(forces.included),
             )
         )
     elif forces.included:
@@ -116,20 +117,14 @@ def force_notes(forces: ConstraintForces, say: Language = ENGLISH) -> list[str]:
                 len(forces.included),
                 "these include the term {listed}, because it is written in coordinates",
                 "these include the terms {listed}, because they are written in coordinates",
-                listed=", ".join(forces.included),
+                listed=names(forces.included),
             )
         )
     if forces.weightless:
-        listed = ", ".join(forces.weightless)
-        notes.append(say("the scene gives {listed} no weight", listed=listed))
+        notes.append(say("the scene gives {listed} no weight", listed=names(forces.weightless)))
     if forces.open:
-        listed = ", ".join(forces.open)
-        notes.append(
-            say(
-                "multipliers that are not determined, or have no short form: {listed}",
-                listed=listed,
-            )
-        )
+        phrase = "multipliers that are not determined, or have no short form: {listed}"
+        notes.append(say(phrase, listed=names(forces.open)))
     return notes
 
 

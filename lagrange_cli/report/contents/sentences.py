@@ -1,15 +1,28 @@
-"""Phrases and labels of equations of motion that the terminal, documents and JSON share."""
+"""Sentences and facts on equations of motion that reports of all formats share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.mechanics.algebra.shorten import divided_termwise
 from lagrange_cli.notation.labels import names_shown
 from lagrange_cli.notation.vocabulary import MOST_OPERATIONS
-from lagrange_cli.report.phrases.language import ENGLISH, Language
+from lagrange_cli.report.inlines import (
+    Chain,
+    Count,
+    Inline,
+    Label,
+    Listed,
+    Plain,
+    Typed,
+    Written,
+    rounded,
+    say,
+    symbol,
+    upright,
+)
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -29,17 +42,20 @@ if TYPE_CHECKING:
 #: Letters of the account of degrees of freedom.
 _COUNTED = {"N", "K", "DOF"}
 
+#: Time within a sentence.
+TIME = Inline(symbol("t"))
 
-def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
+
+def counting(equations: Equations) -> list[Written]:
     """Say what is counted: ``3N = 6``, ``1 further coordinate``, ``K = 4``, ``DOF = 3``.
 
     In words alone where the scene gives one of the letters another meaning; coordinates alone
-    where there are neither particles nor constraints.
+    where there are neither particles nor constraints. Formulas are labels.
     """
     account = equations.derivation.account
-    cartesian = f"3N = {account.cartesian}"
-    constraints = f"K = {account.constraints}"
-    dof = f"{say('DOF')} = {account.dof}"
+    cartesian: Written = Chain((f"3N = {account.cartesian}",))
+    constraints: Written = Chain((f"K = {account.constraints}",))
+    dof: Written = upright(say("DOF")) + f" = {account.dof}"
     if _COUNTED & names_shown(equations):
         one, many = "{count} Cartesian coordinate", "{count} Cartesian coordinates"
         cartesian = say.counted(account.cartesian, one, many)
@@ -51,7 +67,7 @@ def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
         (account.cartesian, account.constraints, account.nonholonomic, account.unilateral)
     ):
         free = say.counted(account.dof, "{count} coordinate", "{count} coordinates")
-        return [f"{say('DOF')} = {free}", say("no particles")]
+        return [upright(say("DOF")) + " = " + upright(free), say("no particles")]
     one, many = "{count} further coordinate", "{count} further coordinates"
     further = say.counted(account.extra, one, many)
     one, many = "{count} nonholonomic constraint", "{count} nonholonomic constraints"
@@ -68,11 +84,11 @@ def counting(equations: Equations, say: Language = ENGLISH) -> list[str]:
     ]
 
 
-def multipliers_line(equations: Equations, say: Language = ENGLISH) -> str:
-    """Explain the multipliers; empty if there are none."""
+def multipliers_line(equations: Equations) -> Written | None:
+    """Explain the multipliers; None if there are none."""
     kinds = {closure.kind for closure in equations.system.closures}
     if not kinds:
-        return ""
+        return None
     if kinds == {"position"}:
         return say(
             "The multiplier times the gradient of the left side is the force that the constraint"
@@ -89,27 +105,26 @@ def multipliers_line(equations: Equations, say: Language = ENGLISH) -> str:
     )
 
 
-def explicit_line(equations: Equations, explicit: ExplicitForm, say: Language = ENGLISH) -> str:
+def explicit_line(equations: Equations, explicit: ExplicitForm) -> Written:
     """Say what the explicit form is solved for, and what it does not determine."""
     solved = [value is not None for value in explicit.accelerations]
+    parts: list[Written] = []
     if not any(solved):
-        sentence = say("Not solved for the accelerations, as a linear system")
+        parts.append(say("Not solved for the accelerations, as a linear system"))
     elif any(explicit.multipliers):
-        sentence = say("Solved for the accelerations and multipliers")
+        parts.append(say("Solved for the accelerations and multipliers"))
     else:
-        sentence = say("Solved for the accelerations")
+        parts.append(say("Solved for the accelerations"))
     if any(solved) and not all(solved):
-        sentence += say(" where few are coupled, the others as a linear system")
+        parts.append(say(" where few are coupled, the others as a linear system"))
     if None in explicit.multipliers:
-        sentence += say(" with the closure equations, differentiated")
-    return (
-        sentence + say("; contacts determine their multipliers")
-        if equations.system.contacts
-        else sentence
-    )
+        parts.append(say(" with the closure equations, differentiated"))
+    if equations.system.contacts:
+        parts.append(say("; contacts determine their multipliers"))
+    return Listed(tuple(parts), between="")
 
 
-def contacts_lines(equations: Equations, say: Language = ENGLISH) -> tuple[str, ...]:
+def contacts_lines(equations: Equations) -> tuple[Written, ...]:
     """Explain contacts, their multipliers and impacts; empty if there are no contacts."""
     if not equations.system.contacts:
         return ()
@@ -122,11 +137,11 @@ def contacts_lines(equations: Equations, say: Language = ENGLISH) -> tuple[str, 
     )
 
 
-def choice_line(equations: Equations, say: Language = ENGLISH) -> str:
-    """Say which formulation was taken and why; empty if there was no choice to explain."""
+def choice_line(equations: Equations) -> Written | None:
+    """Say which formulation was taken and why; None if there was no choice to explain."""
     choice = equations.derivation.choice
     if choice is None or not choice.why:
-        return ""
+        return None
     why = {
         "as asked": say("as asked"),
         "fewer operations": say("fewer operations"),
@@ -150,51 +165,57 @@ def choice_line(equations: Equations, say: Language = ENGLISH) -> str:
     )
 
 
-def remark_on(line: ConstraintLine, say: Language = ENGLISH, *, classified: bool = False) -> str:
-    """Describe the status of a constraint, with its kind if ``classified``."""
-    remarks = []
-    part = say(" on a part of the configurations") if line.on_a_part else ""
+def remark_on(line: ConstraintLine, *, classified: bool = False) -> Written | None:
+    """Describe the status of a constraint, with its kind if ``classified``; None if usual."""
+    remarks: list[Written] = []
+    part = [say(" on a part of the configurations")] if line.on_a_part else []
     if line.status == "satisfied":
-        remarks.append(say("satisfied by the definitions") + part)
+        remarks.append(Listed((say("satisfied by the definitions"), *part), between=""))
+    elif line.status == "redundant" and line.implied_by:
+        implied = say("redundant, implied by {listed}", listed=names(line.implied_by))
+        remarks.append(Listed((implied, *part), between=""))
     elif line.status == "redundant":
-        others = ", ".join(line.implied_by)
-        implied = say("redundant, implied by {listed}", listed=others) + part
-        remarks.append(implied if others else say("redundant"))
+        remarks.append(say("redundant"))
     if classified:
-        remarks.append(_kind(line, say))
+        remarks.append(_kind(line))
     if line.status == "unilateral" and line.restitution:
-        remarks.append(say("restitution {value}", value=line.restitution))
-    return "; ".join(remarks)
+        remarks.append(say("restitution {value}", value=Plain(line.restitution)))
+    return Listed(tuple(remarks), between="; ") if remarks else None
 
 
-def _kind(line: ConstraintLine, say: Language) -> str:
+def names(listed: Iterable[str]) -> Listed:
+    """Return names of the scene with commas between them."""
+    return Listed(tuple(map(Plain, listed)))
+
+
+def _kind(line: ConstraintLine) -> Written:
     """Class of a constraint by what it restricts, and by t."""
     restricts = {"nonholonomic": say("nonholonomic"), "unilateral": say("one-sided")}
     time = say("rheonomic") if line.rheonomic else say("scleronomic")
-    return f"{restricts.get(line.status) or say('holonomic')}, {time}"
+    return Listed((restricts.get(line.status) or say("holonomic"), time))
 
 
-def implied_kind(equations: Equations, say: Language) -> str:
+def implied_kind(equations: Equations) -> Written:
     """Class of the constraints that the positions imply, as far as it is known."""
     if not equations.derivation.facts.rheonomic:
-        return f"{say('holonomic')}, {say('scleronomic')}"
+        return Listed((say("holonomic"), say("scleronomic")))
     is_stated = any(line.rheonomic for line in equations.derivation.account.lines)
-    return say("holonomic") if is_stated else f"{say('holonomic')}, {say('rheonomic')}"
+    return Listed((say("holonomic"), *(() if is_stated else (say("rheonomic"),))))
 
 
-def common_kind(equations: Equations, say: Language = ENGLISH) -> str:
-    """``holonomic, scleronomic`` where all of several constraints are so; else empty."""
+def common_kind(equations: Equations) -> Written | None:
+    """``holonomic, scleronomic`` where all of several constraints are so; else None."""
     account = equations.derivation.account
-    kinds = [_kind(line, say) for line in account.lines]
-    kinds += [implied_kind(equations, say)] if account.implied else []
-    return kinds[0] if len(kinds) > 1 and len(set(kinds)) == 1 else ""
+    kinds = [_kind(line) for line in account.lines]
+    kinds += [implied_kind(equations)] if account.implied else []
+    return kinds[0] if len(kinds) > 1 and len(set(kinds)) == 1 else None
 
 
-def implied_line(equations: Equations, say: Language = ENGLISH) -> str:
-    """Count the constraints that the positions imply and the scene does not state, or return ""."""
+def implied_line(equations: Equations) -> Written | None:
+    """Count the constraints that the positions imply and the scene does not state, if any."""
     account = equations.derivation.account
     if not account.implied:
-        return ""
+        return None
     counted = say.counted(
         account.implied,
         "{count} constraint built into the positions",
@@ -202,7 +223,7 @@ def implied_line(equations: Equations, say: Language = ENGLISH) -> str:
     )
     if common_kind(equations):
         return counted
-    return f"{counted}; {implied_kind(equations, say)}"
+    return Listed((counted, implied_kind(equations)), between="; ")
 
 
 def telling_definitions(equations: Equations) -> list[CartesianName]:
@@ -223,10 +244,10 @@ def is_generalized_potential(equations: Equations) -> bool:
     )
 
 
-def none_conserved_line(equations: Equations, say: Language) -> str:
+def none_conserved_line(equations: Equations) -> Written:
     """Say that neither a cyclic momentum nor the energy is conserved; undecided ones are apart."""
     if undecided(equations):
-        return f"{say('none')} {say('among cyclic momenta and energy')}"
+        return Listed((say("none"), say("among cyclic momenta and energy")), between=" ")
     return say("No cyclic momentum is conserved, and neither is the energy.")
 
 
@@ -241,24 +262,20 @@ def only_between_impacts(equations: Equations) -> bool:
     return any(contact.restitution != 1 for contact in equations.system.contacts)
 
 
-def conserved_reason(
-    equations: Equations, quantity: Conserved, subject: str, time: str, say: Language = ENGLISH
-) -> str:
-    """Say why a quantity is conserved; ``subject``: the cyclic coordinate or L, as printed."""
+def conserved_reason(equations: Equations, quantity: Conserved, subject: Label) -> Written:
+    """Say why a quantity is conserved; ``subject``: the cyclic coordinate or L."""
+    name = Inline(subject)
     if quantity.kind == "momentum":
-        return say("{name} is cyclic", name=subject)
+        return say("{name} is cyclic", name=name)
     if only_between_impacts(equations):
-        return say(
-            "{lagrangian} does not depend on {time} (between impacts)",
-            lagrangian=subject,
-            time=time,
-        )
-    return say("{lagrangian} does not depend on {time}", lagrangian=subject, time=time)
+        phrase = "{lagrangian} does not depend on {time} (between impacts)"
+        return say(phrase, lagrangian=name, time=TIME)
+    return say("{lagrangian} does not depend on {time}", lagrangian=name, time=TIME)
 
 
-def recorded_line(recording: Recording, say: Language = ENGLISH) -> str:
+def recorded_line(recording: Recording) -> Written:
     """Tell column, file and interpolation of a recorded input."""
-    named = {"column": recording.column, "file": recording.file}
+    named = {"column": Plain(recording.column), "file": Plain(recording.file)}
     if recording.interpolation == "linear":
         return say("column {column} of {file}, linear between rows", **named)
     if recording.interpolation == "cubic":
@@ -276,18 +293,18 @@ def energy_letter(quantity: Conserved) -> str:
     return "E" if quantity.kind == "energy" or quantity.is_energy else "h"
 
 
-def without_line(equations: Equations, letter: str = "t", say: Language = ENGLISH) -> str:
-    """Say what is left out of L, empty if nothing is; ``letter`` stands for time."""
+def without_line(equations: Equations) -> Written | None:
+    """Say what is left out of L, None if nothing is."""
     short = equations.derivation.short_lagrangian
     if short is None:
-        return ""
+        return None
     parameters = {p.symbol for p in equations.system.parameters}
     is_constant = [term.free_symbols <= parameters for term in short.left_out.as_ordered_terms()]
     if all(is_constant):
         return say("without constants")
     if any(is_constant):
-        return say("without constants and functions of {time} alone", time=letter)
-    return say("without functions of {time} alone", time=letter)
+        return say("without constants and functions of {time} alone", time=TIME)
+    return say("without functions of {time} alone", time=TIME)
 
 
 def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
@@ -303,52 +320,39 @@ def divisor_and_factor(shown: ShownEquation) -> tuple[Expr | None, Expr | None]:
     return (None, 1 / shown.divided_by) if is_multiplied else (shown.divided_by, None)
 
 
-def certificate_line(certificate: Certificate, say: Language = ENGLISH) -> str:
+def certificate_line(certificate: Certificate) -> Written:
     """``Certified at 8 random states to 30 digits, largest mismatch 3e-31``."""
     return say.counted(
         certificate.points,
         "Certified at {count} random state to {digits} digits, largest mismatch {mismatch}",
         "Certified at {count} random states to {digits} digits, largest mismatch {mismatch}",
         digits=certificate.digits,
-        mismatch=f"{certificate.mismatch:.0e}" if certificate.mismatch else "0",
+        mismatch=Inline(rounded(certificate.mismatch)),
     )
 
 
-def loss_line(
-    loss: EnergyLoss, lagrangian: str, time: str, say: Language, words: Callable[[str], str]
-) -> str:
+def loss_line(loss: EnergyLoss, lagrangian: Label) -> Written:
     """Say why an energy is not conserved: ``L depends on t; friction takes energy``.
 
-    Parameters
-    ----------
-    loss
-        What was found.
-    lagrangian, time
-        L and t within a sentence.
-    say
-        The language.
-    words
-        Writes names of the scene within a sentence.
+    ``lagrangian`` is the label of L.
     """
-    return "; ".join(_reasons(loss, lagrangian, time, say, words))
+    return Listed(tuple(_reasons(loss, Inline(lagrangian))), between="; ")
 
 
-def _reasons(
-    loss: EnergyLoss, lagrangian: str, time: str, say: Language, words: Callable[[str], str]
-) -> Iterator[str]:
+def _reasons(loss: EnergyLoss, lagrangian: Inline) -> Iterator[Written]:
     if loss.depends_on_time:
-        yield say("{lagrangian} depends on {time}", lagrangian=lagrangian, time=time)
+        yield say("{lagrangian} depends on {time}", lagrangian=lagrangian, time=TIME)
     for name in loss.inputs:
-        yield say("{lagrangian} holds the input {name}", lagrangian=lagrangian, name=words(name))
+        yield say("{lagrangian} holds the input {name}", lagrangian=lagrangian, name=Plain(name))
     if loss.friction:
         yield say("friction takes energy")
     for name in loss.forces:
-        yield say("the force {name} does work", name=words(name))
+        yield say("the force {name} does work", name=Plain(name))
     for name in loss.moving:
-        yield say("the constraint {name} moves", name=words(name))
+        yield say("the constraint {name} moves", name=Plain(name))
 
 
-def sum_line(equations: Equations, energy: EnergySum, say: Language) -> str:
+def sum_line(equations: Equations, energy: EnergySum) -> Written:
     """Say whether T + V is conserved beside, or in place of, Jacobi's integral.
 
     If it is not, the constraints of the scene that depend on time do work, or a motion that the
@@ -368,15 +372,15 @@ def sum_line(equations: Equations, energy: EnergySum, say: Language) -> str:
     return say("not conserved: the prescribed motion does work")
 
 
-def operations_told(count: int, say: Language) -> str:
+def operations_told(count: int) -> Written:
     """``(27,909 operations)``, in place of an expression."""
-    return say("({count} operations)", count=say.number(count))
+    return say("({count} operations)", count=Count(count))
 
 
-def omission_told(option: str, say: Language) -> str:
+def omission_told(option: str = "--written-out") -> Written:
     """A sentence for a page that leaves out expressions; ``option`` of a command prints them."""
     return say(
         "Expressions of more than {most} operations are left out; {option} prints them.",
-        most=say.number(MOST_OPERATIONS),
-        option=option,
+        most=Count(MOST_OPERATIONS),
+        option=Typed(option),
     )

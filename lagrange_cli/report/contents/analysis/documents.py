@@ -30,6 +30,7 @@ from lagrange_cli.report.contents.derivation.conservation import Further, balanc
 from lagrange_cli.report.contents.derivation.contents import Content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.document_options import ANALYZED, LATEX_OPTIONS, MOST_LISTED
+from lagrange_cli.report.inlines import Spelled
 from lagrange_cli.report.tree import (
     Block,
     Bullets,
@@ -226,7 +227,7 @@ class _Contents:
         symmetries = () if result is None else result.proven
         further = [self._symmetry(s) for s in symmetries]
         among = "" if result is None else searched(result, self.writer.say)
-        lines = conserved(self.writer, further, among)
+        lines = conserved(self.writer, further, Spelled(among) if among else None)
         if lines is None or result is None or not result.unproven:
             return lines
         doubt = self.writer.say(

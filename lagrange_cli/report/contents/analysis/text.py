@@ -396,7 +396,7 @@ class _Writer:
         if not rows:
             none = f"{self.say('none')} {among}"
             if symmetries is None:
-                none = none_conserved_line(self.analysis.equations, self.say)
+                none = self.lines.text(none_conserved_line(self.analysis.equations))
             return [Row(heading, "   ", words(none), "heading")]
         lines: list[Row | Block] = [
             Row(heading, " ", words(among), "heading"),

@@ -20,6 +20,18 @@ from lagrange_cli.report.contents.sentences import (
     undecided,
 )
 from lagrange_cli.report.contents.steps.writer import angular_momentum_sentence, start_sentence
+from lagrange_cli.report.inlines import (
+    Inline,
+    Label,
+    Listed,
+    Written,
+    below,
+    differential,
+    group,
+    opened,
+    say,
+    symbol,
+)
 from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
@@ -35,138 +47,122 @@ class Further:
     symbol
         Its letter.
     reason
-        Why it is conserved, a phrase in the letters of the format.
+        Why it is conserved.
     row
         What it is.
     """
 
-    symbol: str
-    reason: str
+    symbol: Label | str
+    reason: Written | str
     row: Formula
 
 
 def conserved(
-    writer: DocumentWriter, further: Sequence[Further] = (), searched: str = ""
+    writer: DocumentWriter, further: Sequence[Further] = (), searched: Written | None = None
 ) -> Section | None:
     """Return conserved quantities, each with its reason.
 
     Parameters
     ----------
     writer
-        Equations, letters and language.
+        Equations.
     further
         Those beside cyclic momenta and energy.
     searched
         What they were looked for among, if that is more than cyclic momenta and energy.
     """
-    equations, say, letters = writer.equations, writer.say, writer.letters
+    equations = writer.equations
     if not equations.system.coordinates:
         return None
     heading = say("Conserved quantities")
-    names = ", ".join(letters.inline(_named(writer, name)) for name in undecided(equations))
-    doubts = writer.paragraph(say("Of {names} this is not decided.", names=names) if names else "")
-    if not equations.derivation.conserved and not further:
-        none = f"{say('none')} {searched}" if searched else none_conserved_line(equations, say)
-        text = none if none.endswith(".") else say("{text}.", text=none)
-        return section(heading, Paragraph(text[:1].upper() + text[1:]), doubts)
-    searched = searched or say("among cyclic momenta and energy")
-    sentences, rows = [], []
-    for one in writer.with_families("momenta", len(equations.derivation.conserved)):
-        quantity = equations.derivation.conserved[
-            one.covers[0] if isinstance(one, FamilyRow) else one
-        ]
-        symbol, subject = _symbol(writer, quantity), _subject(writer, quantity)
+    names = Listed(tuple(Inline(_named(writer, name)) for name in undecided(equations)))
+    doubts = Paragraph(say("Of {names} this is not decided.", names=names)) if names else None
+    quantities = equations.derivation.conserved
+    if not quantities and not further:
+        if searched is None and not names:
+            return section(heading, Paragraph(none_conserved_line(equations)), doubts)
+        none = none_conserved_line(equations)
+        if searched is not None:
+            none = Listed((say("none"), searched), between=" ")
+        return section(heading, Paragraph(opened(say("{text}.", text=none))), doubts)
+    rows, sentences = [], []
+    for one in writer.with_families("momenta", len(quantities)):
+        quantity = quantities[one.covers[0] if isinstance(one, FamilyRow) else one]
+        letter, subject = _symbol(writer, quantity), _subject(writer, quantity)
         if isinstance(one, FamilyRow):
-            subject = letters.symbol(one.name)
-            symbol = letters.below("p", subject)
-            rows.append(writer.family_row(symbol, one))
+            subject = symbol(one.name)
+            letter = below("p", subject)
+            rows.append(writer.family_row(letter, one))
         else:
             rows.append(_row(writer, quantity))
-        sentences.append(
-            say(
-                "{reason}, so {symbol} is conserved",
-                reason=_reason(writer, quantity, subject),
-                symbol=letters.inline(symbol),
-            )
-        )
-    for extra in further:
-        rows.append(extra.row)
-        symbol = letters.inline(extra.symbol)
-        sentences.append(
-            say("{reason}, so {symbol} is conserved", reason=extra.reason, symbol=symbol)
-        )
-    listed = say("{name}: {value}", name=searched, value="; ".join(sentences))
+        sentences.append(_because(conserved_reason(equations, quantity, subject), letter))
+    rows += [extra.row for extra in further]
+    sentences += [_because(extra.reason, extra.symbol) for extra in further]
+    among = searched or say("among cyclic momenta and energy")
+    listed = say("{name}: {value}", name=among, value=Listed(tuple(sentences), between="; "))
     return section(
         heading,
-        Paragraph(say("{text}:", text=listed[:1].upper() + listed[1:])),
+        Paragraph(say("{text}:", text=opened(listed))),
         formulas(rows, result=True),
         *(
             angular_momentum_sentence(writer, quantity, _symbol(writer, quantity))
-            for quantity in equations.derivation.conserved
+            for quantity in quantities
         ),
         start_sentence(writer, lambda quantity: _symbol(writer, quantity)),
         doubts,
     )
 
 
+def _because(reason: Written | str, letter: Label | str) -> Written:
+    return say("{reason}, so {symbol} is conserved", reason=reason, symbol=Inline(letter))
+
+
 def balance(writer: DocumentWriter) -> Section | None:
     """Return the section on an energy that is not conserved: reason, rate, T + V beside h."""
     blocks = [*_balance(writer), *_lost(writer), *_sum(writer)]
-    return section(writer.say("Energy"), *blocks)
+    return section(say("Energy"), *blocks)
 
 
 def _lost(writer: DocumentWriter) -> Iterator[Block]:
     """Yield the sentence that says why the energy is not conserved."""
-    loss, say, letters = energy_loss(writer.equations), writer.say, writer.letters
-    if loss is None:
-        return
-    whole, time = letters.inline(writer.lettered_labels["L"]), letters.inline("t")
-    why = loss_line(loss, whole, time, say, letters.words)
-    yield Paragraph(say("It is not conserved: {reason}.", reason=why))
+    loss = energy_loss(writer.equations)
+    if loss is not None:
+        why = loss_line(loss, writer.labels["L"])
+        yield Paragraph(say("It is not conserved: {reason}.", reason=why))
 
 
 def _sum(writer: DocumentWriter) -> Iterator[Block]:
     """Yield T + V as a formula over Jacobi's integral where the two differ."""
-    energy, say, labels = energy_sum(writer.equations), writer.say, writer.lettered_labels
+    energy, labels = energy_sum(writer.equations), writer.labels
     if energy is None:
         return
-    name, jacobi = f"{labels['T']} + {labels['V']}", labels["h"]
-    sentence = say(
-        "{name}: {value}",
-        name=writer.letters.inline(name),
-        value=sum_line(writer.equations, energy, say),
-    )
-    rows = [writer.row(f"{name} - {jacobi}", energy.difference)]
+    name = labels["T"] + " + " + labels["V"]
+    line = sum_line(writer.equations, energy)
+    rows = [writer.row(name + " - " + labels["h"], energy.difference)]
     if energy.rate is not None:
-        whole = writer.letters.group(name)
-        rows.append(writer.row(writer.letters.differential(whole), energy.rate))
+        rows.append(writer.row(differential(group(name)), energy.rate))
+    sentence = say("{name}: {value}", name=Inline(name), value=line)
     yield Paragraph(say("{text}:", text=sentence))
     yield formulas(rows, result=True)
 
 
 def _balance(writer: DocumentWriter) -> Iterator[Block]:
     """Return the rate of the energy where that is not conserved."""
-    equations, say, letters, labels = (
-        writer.equations,
-        writer.say,
-        writer.letters,
-        writer.lettered_labels,
-    )
+    equations, labels = writer.equations, writer.labels
     change = equations.derivation.balance
     if change is None:
         return
     label = labels["E" if change.kind == "energy" else "h"]
-    whole = label
+    whole, rate = label, differential(label)
     if energy_is_sum(equations, change):
-        whole += f" = {labels['T']} + {labels['V']}"
-    sentence = say(
-        "Along a motion {energy} changes at the given rate", energy=letters.inline(label)
+        whole += " = " + labels["T"] + " + " + labels["V"]
+    if change.is_dissipation:
+        rate += " = -2 " + labels["D"]
+    sentence: Written = say(
+        "Along a motion {energy} changes at the given rate", energy=Inline(label)
     )
     if only_between_impacts(equations):
-        sentence += say(" between impacts")
-    rate = letters.differential(label)
-    if change.is_dissipation:
-        rate += f" = -2 {labels['D']}"
+        sentence = Listed((sentence, say(" between impacts")), between="")
     yield Paragraph(say("{text}:", text=sentence))
     yield formulas(
         [
@@ -177,34 +173,28 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
     )
 
 
-def _named(writer: DocumentWriter, name: str) -> str:
+def _named(writer: DocumentWriter, name: str) -> Label:
     """Return the symbol of ``energy`` or of a momentum ``p_NAME``."""
-    return writer.lettered_labels["E"] if name == "energy" else writer.letters.symbol(name)
+    return writer.labels["E"] if name == "energy" else symbol(name)
 
 
-def _subject(writer: DocumentWriter, quantity: Conserved) -> str:
+def _subject(writer: DocumentWriter, quantity: Conserved) -> Label:
     """Return the coordinate that a momentum is conserved for, or L."""
-    named = {c.name: writer.lettered_coordinate(c) for c in writer.equations.system.coordinates}
-    return named.get(quantity.coordinate or "", writer.lettered_labels["L"])
+    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
+    return named.get(quantity.coordinate or "", writer.labels["L"])
 
 
-def _reason(writer: DocumentWriter, quantity: Conserved, subject: str) -> str:
-    """Return a reason with the quantities it names as formulas."""
-    shown, time = writer.letters.inline(subject), writer.letters.inline("t")
-    return conserved_reason(writer.equations, quantity, shown, time, writer.say)
-
-
-def _symbol(writer: DocumentWriter, quantity: Conserved) -> str:
+def _symbol(writer: DocumentWriter, quantity: Conserved) -> Label:
     if quantity.kind != "momentum":
-        return writer.lettered_labels[energy_letter(quantity)]
+        return writer.labels[energy_letter(quantity)]
     for coordinate in writer.equations.system.coordinates:
         if coordinate.name == quantity.coordinate:
-            return writer.letters.below("p", writer.lettered_coordinate(coordinate))
-    return writer.letters.symbol(quantity.name)
+            return below("p", writer.coordinate(coordinate))
+    return symbol(quantity.name)
 
 
 def _row(writer: DocumentWriter, quantity: Conserved) -> Formula:
     label = _symbol(writer, quantity)
     if energy_is_sum(writer.equations, quantity):
-        label += f" = {writer.lettered_labels['T']} + {writer.lettered_labels['V']}"
+        label += " = " + writer.labels["T"] + " + " + writer.labels["V"]
     return writer.total(label, quantity.parts or (quantity.expression,))

@@ -21,6 +21,16 @@ from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
 from lagrange_cli.report.contents.steps.board import conclusions, working
 from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.document_options import sections_of
+from lagrange_cli.report.inlines import (
+    Inline,
+    magnitude,
+    named,
+    opened,
+    rounded,
+    say,
+    symbol,
+    value,
+)
 from lagrange_cli.report.tree import (
     Block,
     Formula,
@@ -39,17 +49,17 @@ if TYPE_CHECKING:
 
 def start(writer: DocumentWriter) -> Section | None:
     """Return positions and velocities at the start."""
-    equations, say, letters = writer.equations, writer.say, writer.letters
+    equations = writer.equations
     if not equations.system.coordinates:
         return None
     heading = say("Initial values")
-    initial, written = equations.system.initial, dict(equations.derivation.start)
-    if initial is None and not written:
+    initial, exact = equations.system.initial, dict(equations.derivation.start)
+    if initial is None and not exact:
         return section(heading, Paragraph(say("The scene gives none.")))
     unknown = (math.nan,) * len(equations.system.coordinates)
     positions = unknown if initial is None else initial.positions
     velocities = unknown if initial is None else initial.velocities
-    time = letters.inline(f"t = {letters.value(equations.system.simulate.start)}")
+    time = Inline("t = " + value(equations.system.simulate.start))
     return section(
         heading,
         Paragraph(say("At {time}", time=time)),
@@ -61,53 +71,51 @@ def start(writer: DocumentWriter) -> Section | None:
 
 
 def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> Iterator[Formula]:
-    for c, value in zip(writer.equations.system.coordinates, values, strict=True):
-        label = writer.lettered_coordinate(c, order)
+    for c, number in zip(writer.equations.system.coordinates, values, strict=True):
+        label = writer.coordinate(c, order)
         exact = dict(writer.equations.derivation.start).get(c.v if order else c.q)
         if exact is None and order == 0:
-            exact = multiple_of_pi(value)
+            exact = multiple_of_pi(number)
         if exact is not None:
             yield writer.row(label, exact)
-        elif not math.isnan(value):
-            yield Formula(label, (), middle=writer.letters.value(value))
+        elif not math.isnan(number):
+            yield Formula(label, (), middle=value(number))
 
 
 def constraint_forces(writer: DocumentWriter) -> Section | None:
     """Return the forces on the particles; None where they were not asked for."""
-    forces, say = writer.equations.derivation.constraint_forces, writer.say
+    forces = writer.equations.derivation.constraint_forces
     if forces is None:
         return None
     rows = list(_force_rows(writer, forces))
     is_empty = not (rows or forces.shared)
-    meaning = say("{text}.", text=writer.letters.words(forces_line(say)))
-    notes = [writer.letters.words(note) for note in force_notes(forces, say)]
+    meaning = say("There are none.") if is_empty else say("{text}.", text=forces_line())
     return section(
         say("Constraint forces"),
-        Paragraph(say("There are none.") if is_empty else meaning),
+        Paragraph(meaning),
         *([formulas(rows, result=True)] if rows else ()),
-        *(Paragraph(say("{text}.", text=f"{note[0].upper()}{note[1:]}")) for note in notes),
+        *(Paragraph(opened(say("{text}.", text=note))) for note in force_notes(forces)),
     )
 
 
 def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Formula]:
-    letters, say = writer.letters, writer.say
     for body, components in force_rows(forces):
         for label, expression in components:
-            symbol = letters.size(letters.symbol("f")) if label == "|f|" else letters.symbol(label)
-            yield replace(writer.row(symbol, expression), name=letters.named(body))
+            letter = magnitude(symbol("f")) if label == "|f|" else symbol(label)
+            yield replace(writer.row(letter, expression), name=named(body))
     for name, multiplier, sizes in reaction_rows(writer.equations, forces):
-        shown = letters.named(name)
+        shown = named(name)
         if multiplier is not None:
-            symbol = letters.symbol(multiplier_label(writer.equations, name))
-            yield replace(writer.row(symbol, multiplier), name=shown)
+            letter = symbol(multiplier_label(writer.equations, name))
+            yield replace(writer.row(letter, multiplier), name=shown)
         for bodies, size in sizes:
-            on = letters.named(say("on {place}", place=bodies))
+            on = named(say("on {place}", place=bodies))
             yield replace(writer.row(on, size), name=shown)
 
 
 def certificate(writer: DocumentWriter) -> Section | None:
     """Return the section on the certificate: states compared, digits, largest mismatch."""
-    say, letters, seal = writer.say, writer.letters, writer.equations.derivation.certificate
+    seal = writer.equations.derivation.certificate
     sentence = say.counted(
         seal.points,
         "At {count} random state these equations were compared, in arithmetic of {digits} digits,"
@@ -117,8 +125,8 @@ def certificate(writer: DocumentWriter) -> Section | None:
         " with Lagrange's equations evaluated from {lagrangian} itself; the largest relative"
         " mismatch was {mismatch}.",
         digits=seal.digits,
-        lagrangian=letters.inline(writer.lettered_labels["L"]),
-        mismatch=letters.inline(letters.number(seal.mismatch)),
+        lagrangian=Inline(writer.labels["L"]),
+        mismatch=Inline(rounded(seal.mismatch)),
     )
     return section(say("Certificate"), Paragraph(sentence), _steps(writer))
 
@@ -128,11 +136,11 @@ def _steps(writer: DocumentWriter) -> Paragraph | None:
     if steps is None:
         return None
     return Paragraph(
-        writer.say(
+        say(
             "Every line of the steps was compared at {count} of these states with automatic"
             " differentiation: the largest mismatch was {mismatch}.",
             count=steps.states,
-            mismatch=writer.letters.inline(writer.letters.number(steps.mismatch)),
+            mismatch=Inline(rounded(steps.mismatch)),
         )
     )
 
@@ -185,7 +193,7 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
     first, last = list(_chosen(above, parts)), list(_chosen(below, parts))
     # What is abbreviated and what is left out is known when all else is written.
     rows = writer.abbreviations()
-    below_all: list[Block] = [Paragraph(writer.say("Here")), formulas(rows)] if rows else []
+    below_all: list[Block] = [Paragraph(say("Here")), formulas(rows)] if rows else []
     note = writer.left_out()
     below_all += [] if note is None else [note]
     whole = first or last
@@ -279,4 +287,4 @@ def _below_with_steps(
 
 
 def _sketch(writer: DocumentWriter) -> Section | None:
-    return section(writer.say("Sketch"), Picture())
+    return section(say("Sketch"), Picture())

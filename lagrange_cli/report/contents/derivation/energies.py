@@ -7,12 +7,13 @@ from dataclasses import replace
 from lagrange_cli.notation.labels import has_kinetic_energy
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.sentences import is_generalized_potential, without_line
+from lagrange_cli.report.inlines import Inline, Label, Less, Listed, Plain, below, say
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas, section
 
 
 def energies(writer: DocumentWriter) -> Section | None:
     """T, V, L, and the dissipation function where there is one."""
-    equations, labels, say = writer.equations, writer.lettered_labels, writer.say
+    equations, labels = writer.equations, writer.labels
     dissipates, generalized = equations.system.dissipation != 0, is_generalized_potential(equations)
     phrase = {
         (False, False): say("The kinetic energy, the potential and the Lagrangian are"),
@@ -25,30 +26,31 @@ def energies(writer: DocumentWriter) -> Section | None:
             " function are"
         ),
     }[generalized, dissipates]
-    if not has_kinetic_energy(equations):
-        phrase = ""
     potential = labels["U" if generalized else "V"]
     kinetic, whole, dissipation = writer.energy_forms
     rows = [
         writer.energy(labels["T"], equations.system.kinetic, kinetic),
         writer.energy(potential, equations.system.potential, whole),
-        _lagrangian(writer, f"{labels['T']} - {potential}"),
+        _lagrangian(writer, labels["T"] + " - " + potential),
     ]
     if dissipates:
         rows.append(writer.energy(labels["D"], equations.system.dissipation, dissipation))
-    without = without_line(equations, writer.letters.inline("t"), say)
-    if without:
-        lagrangian = writer.letters.inline(labels["L"])
-        without = say("Here {lagrangian} is {without}.", lagrangian=lagrangian, without=without)
-    rows_below = formulas(rows, result=True)
+    without = without_line(equations)
+    below_rows = None
+    if without is not None:
+        phrase_below = "Here {lagrangian} is {without}."
+        below_rows = say(phrase_below, lagrangian=Inline(labels["L"]), without=without)
     return section(
-        say("Lagrangian"), writer.paragraph(phrase), rows_below, writer.paragraph(without)
+        say("Lagrangian"),
+        Paragraph(phrase) if has_kinetic_energy(equations) else None,
+        formulas(rows, result=True),
+        None if below_rows is None else Paragraph(below_rows),
     )
 
 
-def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
+def _lagrangian(writer: DocumentWriter, difference: Label) -> Formula:
     """L = T − V, written out where T and V are and it is short, less what is left out of it."""
-    label, short = writer.lettered_labels["L"], writer.equations.derivation.short_lagrangian
+    label, short = writer.labels["L"], writer.equations.derivation.short_lagrangian
     is_sum = any(writer.energy_forms)
     whole = writer.equations.system.lagrangian if short is None else short.expression
     row = Formula(label, ()) if is_sum else writer.sum_row(label, whole)
@@ -56,25 +58,25 @@ def _lagrangian(writer: DocumentWriter, difference: str) -> Formula:
         return replace(row, middle=difference)
     if row.chain:
         return row
-    less = writer.letters.formula(writer.tree(-short.left_out))
-    less = f"- {less[1:]}" if less.startswith("-") else f"+ {less}"
-    return replace(row, middle=f"{difference} {less}")
+    return replace(row, middle=difference + Less(writer.tree(-short.left_out)))
 
 
 def generalized_forces(writer: DocumentWriter) -> Section | None:
     """Return generalized forces of the scene's forces, one after the other."""
-    equations, letters, say = writer.equations, writer.letters, writer.say
+    equations = writer.equations
     rows = [
-        writer.row(letters.below("Q", writer.lettered_coordinate(c)), q)
+        writer.row(below("Q", writer.coordinate(c)), q)
         for force in equations.system.forces
         for c, q in zip(equations.system.coordinates, force.generalized, strict=True)
         if q != 0
     ]
     if not rows:
         return None
-    listed = ", ".join(
-        say("{name} on {place}", name=letters.words(f.name), place=letters.words(f.on))
-        for f in equations.system.forces
+    listed = Listed(
+        tuple(
+            say("{name} on {place}", name=Plain(f.name), place=Plain(f.on))
+            for f in equations.system.forces
+        )
     )
     return section(
         say("Generalized forces"),

@@ -14,16 +14,29 @@ from lagrange_cli.report.contents.sentences import (
     implied_line,
     telling_definitions,
 )
-from lagrange_cli.report.statements import statement_of
-from lagrange_cli.report.tree import (
-    Block,
-    Bullets,
-    Law,
-    Paragraph,
-    Section,
-    formulas,
-    section,
+from lagrange_cli.report.inlines import (
+    AT_LEAST,
+    AT_MOST,
+    COMMA,
+    Expression,
+    Inline,
+    Label,
+    Listed,
+    Plain,
+    Prose,
+    Text,
+    Unit,
+    Written,
+    enumerated,
+    in_parentheses,
+    joined,
+    ranges,
+    say,
+    symbol,
+    upright,
 )
+from lagrange_cli.report.statements import statement_of
+from lagrange_cli.report.tree import Block, Bullets, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.families.forms import Range
@@ -37,7 +50,7 @@ def freedom(
 
     ``parts``: ``account``, ``constraints`` or both.
     """
-    say, counted = writer.say, "account" in parts
+    counted = "account" in parts
     listed = list(_constraints(writer, alone=not counted)) if "constraints" in parts else []
     if not counted:
         return section(say("Constraints"), *listed)
@@ -51,122 +64,107 @@ def freedom(
 
 
 def _counts(writer: DocumentWriter) -> Block:
-    counts = counting(writer.equations, writer.say)
-    if not any(" = " in count for count in counts):
+    counts = counting(writer.equations)
+    if not any(isinstance(count, Label) for count in counts):
         # In words alone they are too long for a line.
-        return Paragraph(writer.say("There are {listed}.", listed=", ".join(counts)))
-    return Law(writer.letters.comma.join(_counted(writer, count) for count in counts))
-
-
-def _counted(writer: DocumentWriter, phrase: str) -> str:
-    """Return a count in math mode; its words in upright letters."""
-    label, equals, number = phrase.partition(" = ")
-    if not equals:
-        return writer.letters.upright(phrase)
-    if label in ("3N", "K"):
-        return phrase
-    digits, blank, counted = number.partition(" ")
-    unit = writer.letters.upright(blank + counted) if counted else ""
-    return f"{writer.letters.upright(label)} = {digits}{unit}"
+        return Paragraph(say("There are {listed}.", listed=Listed(tuple(counts))))
+    return Law(joined(COMMA, (c if isinstance(c, Label) else upright(c) for c in counts)))
 
 
 def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     """Return the constraints as the scene writes them, with what is to be said of each."""
-    say, letters, account = writer.say, writer.letters, writer.equations.derivation.account
-    implied, kind = implied_line(writer.equations, say), common_kind(writer.equations, say)
+    account = writer.equations.derivation.account
+    implied, kind = implied_line(writer.equations), common_kind(writer.equations)
     if not account.lines:
-        if implied or alone:
-            yield Paragraph(say("There are {listed}.", listed=implied) if implied else say("None."))
+        if implied is not None:
+            yield Paragraph(say("There are {listed}.", listed=implied))
+        elif alone:
+            yield Paragraph(say("None."))
         return
-    items = []
-    for name, equations, status in account_lines(writer.equations, writer.families, say):
-        written = ", ".join(_statement(writer, text, ranges) for text, ranges in equations)
-        remark = letters.words(status)
-        item = say("{name}: {value}", name=letters.words(name), value=written)
-        items.append(f"{item} ({remark})" if remark else item)
+    items: list[Text] = []
+    for line in account_lines(writer.equations, writer.families):
+        equations = [_statement(writer, text, spans) for text, spans in line.equations]
+        item = say("{name}: {value}", name=Plain(line.name), value=Listed(tuple(equations)))
+        items.append(item if line.remark is None else in_parentheses(item, line.remark))
     if not alone:
         yield Paragraph(say("Constraints:"))
-    items += [implied] if implied else []
-    items += [say("{name}: {value}", name=say("all"), value=kind)] if kind else []
+    items += [] if implied is None else [implied]
+    items += [] if kind is None else [say("{name}: {value}", name=say("all"), value=kind)]
     yield Bullets(tuple(items))
 
 
-def _statement(writer: DocumentWriter, text: str, ranges: Sequence[Range]) -> str:
+_SIGNS: dict[str, Label | str] = {"=": "=", "<=": AT_MOST, ">=": AT_LEAST}
+
+
+def _statement(writer: DocumentWriter, text: str, spans: Sequence[Range]) -> Written:
     """Return an equation or inequality of the scene, with the values of its indices."""
-    letters = writer.letters
     statement = statement_of(text, writer.equations, writer.words)
-    if statement is None:
-        shown = letters.words(text)
-    else:
-        signs = {"=": "=", "<=": letters.at_most_sign, ">=": letters.at_least_sign}
-        left, right = letters.formula(statement.left), letters.formula(statement.right)
-        shown = letters.inline(f"{left} {signs[statement.relation]} {right}")
-    return f"{shown}, {writer.letters.inline(writer.letters.ranges(ranges))}" if ranges else shown
+    shown: Written = Plain(text)
+    if statement is not None:
+        left = Expression(statement.left) + " " + _SIGNS[statement.relation] + " "
+        shown = Inline(left + Expression(statement.right))
+    return Listed((shown, Inline(ranges(spans)))) if spans else shown
 
 
 def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
-    say, equations, letters = writer.say, writer.equations, writer.letters
+    equations = writer.equations
     coordinates = equations.system.coordinates
     if not coordinates:
         yield Paragraph(say("No coordinate is left: nothing can move."))
         return
-    names = ", ".join(_listed(writer))
+    names = Listed(tuple(_listed(writer)))
+    one, many = "Generalized coordinate: {listed}.", "Generalized coordinates: {listed}."
+    sentence = say.counted(len(coordinates), one, many, listed=names)
     if equations.derivation.account.chosen_automatically:
         one = "Generalized coordinate (chosen automatically): {listed}."
-        yield Paragraph(say.counted(len(coordinates), one, _CHOSEN, listed=names))
-    else:
-        one, many = "Generalized coordinate: {listed}.", "Generalized coordinates: {listed}."
-        yield Paragraph(say.counted(len(coordinates), one, many, listed=names))
+        many = "Generalized coordinates (chosen automatically): {listed}."
+        sentence = say.counted(len(coordinates), one, many, listed=names)
+    yield Paragraph(sentence)
     definitions = telling_definitions(equations) if positions else ()
-    named = [(c.name, letters.symbol(c.name, 0, c.latex), c.position) for c in definitions]
+    named = [(c.name, symbol(c.name, 0, c.latex), c.position) for c in definitions]
     if named:
         yield Paragraph(say("The positions are"))
         yield formulas(writer.definitions(named))
     beyond = () if writer.families is None else writer.families.beyond
     if beyond:
         yield Paragraph(say("Before the first elements and after the last"))
-        yield formulas(writer.family_row(letters.symbol(row.name), row) for row in beyond)
+        yield formulas(writer.family_row(symbol(row.name), row) for row in beyond)
 
 
-_CHOSEN = "Generalized coordinates (chosen automatically): {listed}."
-
-
-def _listed(writer: DocumentWriter) -> Iterator[str]:
+def _listed(writer: DocumentWriter) -> Iterator[Written]:
     """Return the coordinates; those of families with letters, and with the values of these."""
-    families, letters = writer.families, writer.letters
+    families = writer.families
     if families is None:
         yield from (_described(writer, c) for c in writer.equations.system.coordinates)
         return
-    for named, ranges in coordinates_by_ranges(families, writer.equations):
+    for named, spans in coordinates_by_ranges(families, writer.equations):
         *names, last = (
             _described(writer, c if c.name == name else replace(c, name=name, latex=None))
             for name, c in named
         )
-        range_text = letters.inline(letters.ranges(ranges)) if ranges else ""
         yield from names
-        yield writer.say("{names} for {ranges}", names=last, ranges=range_text) if ranges else last
+        if spans:
+            yield say("{names} for {ranges}", names=last, ranges=Inline(ranges(spans)))
+        else:
+            yield last
 
 
-def _described(writer: DocumentWriter, coordinate: Coordinate) -> str:
-    letters = writer.letters
-    domain = " > 0" if coordinate.is_positive else ""
-    text = letters.inline(f"{writer.lettered_coordinate(coordinate)}{domain}")
-    descriptions = [letters.prose(coordinate.description)] if coordinate.description else []
-    if coordinate.unit:
-        descriptions.append(letters.unit(coordinate.unit))
-    return f"{text} ({', '.join(descriptions)})" if descriptions else text
+def _described(writer: DocumentWriter, coordinate: Coordinate) -> Written:
+    letter = writer.coordinate(coordinate)
+    text = Inline(letter + " > 0" if coordinate.is_positive else letter)
+    remarks: list[Text] = [Prose(coordinate.description)] if coordinate.description else []
+    remarks += [Unit(coordinate.unit)] if coordinate.unit else []
+    return in_parentheses(text, *remarks) if remarks else text
 
 
 def _singular(writer: DocumentWriter) -> Iterator[Block]:
     """Say where the coordinates have no meaning, a sentence each."""
-    letters = writer.letters
-    named = {c.name: writer.lettered_coordinate(c) for c in writer.equations.system.coordinates}
+    named = {c.name: writer.coordinate(c) for c in writer.equations.system.coordinates}
     for place in writer.equations.derivation.singular:
-        zero = f"{letters.formula(writer.tree(place.where))} = 0"
         yield Paragraph(
-            writer.say(
+            say(
                 "The motion of {names} is singular where {zero}.",
-                names=writer.lettered_list([named[name] for name in place.coordinates]),
-                zero=letters.inline(zero),
+                names=enumerated([named[name] for name in place.coordinates]),
+                zero=Inline(Expression(writer.tree(place.where)) + " = 0"),
             )
         )

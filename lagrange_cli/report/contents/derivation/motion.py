@@ -20,7 +20,25 @@ from lagrange_cli.report.contents.sentences import (
     multipliers_line,
 )
 from lagrange_cli.report.contents.steps.by_lagrange import lagrange_law
-from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
+from lagrange_cli.report.inlines import (
+    COMMA,
+    Chain,
+    Expression,
+    Inline,
+    Label,
+    Listed,
+    Plain,
+    Written,
+    at_least,
+    joined,
+    named,
+    partial,
+    ranges,
+    say,
+    symbol,
+    total,
+)
+from lagrange_cli.report.tree import Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -30,12 +48,12 @@ if TYPE_CHECKING:
 
 def motion(writer: DocumentWriter, form: str) -> Section | None:
     """Lagrange's equations, or what they say of the accelerations, with ``form`` explicit."""
-    equations, say = writer.equations, writer.say
+    equations = writer.equations
     heading = say("Equations of motion")
     if not equations.system.coordinates:
         return section(heading, Paragraph(say("There are none.")))
     if form == "explicit":
-        sentence = explicit_line(equations, explicit_form(equations), say)
+        sentence = explicit_line(equations, explicit_form(equations))
         return section(
             heading,
             Paragraph(say("{text}:", text=sentence)),
@@ -44,7 +62,7 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     return section(
         heading,
         Paragraph(say("Lagrange's equations,")),
-        Law(f"{lagrange_law(writer, _multiplied(writer))},", ends=False),
+        Law(Chain((lagrange_law(writer, _multiplied(writer)), ",")), ends=False),
         Paragraph(say("read")),
         formulas(lagrange_equations(writer), result=True),
         writer.paragraph(*_divided(writer)),
@@ -61,7 +79,7 @@ def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
             continue
         shown = equations.derivation.shown[one]
         left = writer.noted(display_row(shown, writer.words))
-        name = writer.lettered_coordinate(equations.system.coordinates[one])
+        name = writer.coordinate(equations.system.coordinates[one])
         rows.append(Formula("", (left,), name=name))
     return rows
 
@@ -72,8 +90,8 @@ def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
     return Formula(
         "",
         (writer.noted(writer.over_letters.row(row)),),
-        name=writer.letters.symbol(row.name),
-        ranges=writer.letters.ranges(row.ranges) if row.ranges else "",
+        name=symbol(row.name),
+        ranges=ranges(row.ranges),
     )
 
 
@@ -81,7 +99,7 @@ def accelerations(writer: DocumentWriter) -> list[Formula]:
     """Return accelerations and multipliers, with M and f where they stay coupled."""
     explicit = explicit_form(writer.equations)
     named = [
-        (c.name, writer.lettered_coordinate(c, 2), value)
+        (c.name, writer.coordinate(c, 2), value)
         for c, value in zip(
             writer.equations.system.coordinates, explicit.accelerations, strict=True
         )
@@ -89,7 +107,7 @@ def accelerations(writer: DocumentWriter) -> list[Formula]:
     ]
     rows = list(writer.definitions(named, order=2))
     rows += [
-        writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
+        writer.row(Expression(writer.tree(closure.multiplier)), value)
         for closure, value in zip(
             writer.equations.system.closures, explicit.multipliers, strict=True
         )
@@ -119,69 +137,61 @@ def _differentiated(writer: DocumentWriter, explicit: ExplicitForm) -> Iterator[
             yield Formula("", (writer.noted(row),))
 
 
-def _multiplied(writer: DocumentWriter) -> Iterator[str]:
+def _multiplied(writer: DocumentWriter) -> Iterator[Label]:
     """Return the generalized forces of the constraints, by kinds of closures and contacts."""
-    letters, kinds = writer.letters, {closure.kind for closure in writer.equations.system.pushing}
+    kinds = {closure.kind for closure in writer.equations.system.pushing}
     for kind, letter, order in (("position", "varphi", 0), ("velocity", "psi", 1)):
         if kind in kinds:
-            slope = letters.partial(letters.symbol(f"{letter}_k"), letters.symbol("q_j", order))
-            yield letters.total("k", f"{letters.symbol('lambda_k')} {slope}")
+            slope = partial(symbol(f"{letter}_k"), symbol("q_j", order))
+            yield total("k", symbol("lambda_k") + " " + slope)
 
 
-def _divided(writer: DocumentWriter) -> list[str]:
+def _divided(writer: DocumentWriter) -> list[Written]:
     """Say which common factors were divided out of which equations, or multiplied to them."""
-    equations, say, letters = writer.equations, writer.say, writer.letters
-    divided: list[str] = []
-    multiplied: list[str] = []
+    equations = writer.equations
+    divided: list[Written] = []
+    multiplied: list[Written] = []
     for one in writer.with_families("motion", len(equations.derivation.shown)):
         if isinstance(one, FamilyRow):
-            shown, place = one.shown, letters.inline(letters.symbol(one.name))
+            shown, place = one.shown, Inline(symbol(one.name))
         else:
             shown = equations.derivation.shown[one]
-            place = letters.inline(writer.lettered_coordinate(equations.system.coordinates[one]))
+            place = Inline(writer.coordinate(equations.system.coordinates[one]))
         divisor, factor = divisor_and_factor(shown)
         if divisor is not None:
-            first, next_ = "{factor} in the equation for {place}", "{factor} in that for {place}"
-            divided.append(
-                say.first(
-                    not divided, first, next_, factor=_part(writer, one, divisor), place=place
-                )
-            )
+            first, later = "{factor} in the equation for {place}", "{factor} in that for {place}"
+            parts = {"factor": _part(writer, one, divisor), "place": place}
+            divided.append(say.first(not divided, first, later, **parts))
         if factor is not None:
-            first, next_ = "the equation for {place} by {factor}", "that for {place} by {factor}"
-            multiplied.append(
-                say.first(
-                    not multiplied, first, next_, factor=_part(writer, one, factor), place=place
-                )
-            )
-    sentences = []
+            first, later = "the equation for {place} by {factor}", "that for {place} by {factor}"
+            parts = {"factor": _part(writer, one, factor), "place": place}
+            multiplied.append(say.first(not multiplied, first, later, **parts))
+    sentences: list[Written] = []
     if divided:
-        single, many = (
-            "Common factor divided out: {listed}.",
-            "Common factors divided out: {listed}.",
-        )
-        sentences.append(say.counted(len(divided), single, many, listed=", ".join(divided)))
+        single = "Common factor divided out: {listed}."
+        many = "Common factors divided out: {listed}."
+        listed = Listed(tuple(divided))
+        sentences.append(say.counted(len(divided), single, many, listed=listed))
     if multiplied:
-        listed = ", ".join(multiplied)
+        listed = Listed(tuple(multiplied))
         sentences.append(say("Multiplied to be rid of fractions: {listed}.", listed=listed))
     return sentences
 
 
-def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> str:
+def _part(writer: DocumentWriter, one: int | FamilyRow, expression: Expr) -> Inline:
     """Return a factor of an equation, within a sentence."""
     if isinstance(one, FamilyRow) and writer.over_letters is not None:
-        node = writer.over_letters.part(one, expression)
-        return writer.letters.inline(writer.letters.formula(node))
-    return writer.lettered_inline(expression)
+        return Inline(Expression(writer.over_letters.part(one, expression)))
+    return writer.inline(expression)
 
 
 def closures(writer: DocumentWriter) -> Section | None:
     """Return the equations beside those of motion, and what their multipliers mean."""
-    rows, say, letters = closure_rows(writer), writer.say, writer.letters
-    if not rows:
+    rows, meant = closure_rows(writer), multipliers_line(writer.equations)
+    if not rows or meant is None:
         return None
     kinds = {closure.kind for closure in writer.equations.system.closures}
-    phi, psi = (letters.inline(letters.symbol(name)) for name in ("varphi_k", "psi_k"))
+    phi, psi = (Inline(symbol(name)) for name in ("varphi_k", "psi_k"))
     sentence = say(
         "These hold beside the equations of motion; their left sides are the {letter}.",
         letter=phi if "position" in kinds else psi,
@@ -193,9 +203,11 @@ def closures(writer: DocumentWriter) -> Section | None:
             phi=phi,
             psi=psi,
         )
-    meant = say("{text}.", text=multipliers_line(writer.equations, say))
     return section(
-        say("Closure equations"), Paragraph(sentence), formulas(rows, result=True), Paragraph(meant)
+        say("Closure equations"),
+        Paragraph(sentence),
+        formulas(rows, result=True),
+        Paragraph(say("{text}.", text=meant)),
     )
 
 
@@ -204,42 +216,34 @@ def closure_rows(writer: DocumentWriter) -> list[Formula]:
     rows, listed = [], writer.equations.system.closures
     for one in writer.with_families("closures", len(listed)):
         if isinstance(one, FamilyRow):
-            rows.append(replace(writer.family_row("", one), name=writer.letters.named(one.name)))
+            rows.append(replace(writer.family_row("", one), name=named(one.name)))
         else:
-            tree, name = writer.tree(listed[one].expression), writer.letters.named(listed[one].name)
+            tree, name = writer.tree(listed[one].expression), named(listed[one].name)
             rows.append(Formula("", (tree,), name=name))
     return rows
 
 
 def contacts(writer: DocumentWriter) -> Section | None:
     """Return gaps with their multipliers and restitutions, and what these mean."""
-    say, letters, rows = writer.say, writer.letters, contact_rows(writer)
+    rows = contact_rows(writer)
     if not rows:
         return None
-    gap, push = letters.symbol("varphi_k"), letters.symbol("lambda_k")
-    rate = letters.symbol("varphi_k", 1)
-    elastic = letters.symbol("e_k")
-    sentences = [
-        say(
-            "{value} for {name}",
-            value=writer.lettered_inline(c.restitution),
-            name=letters.words(c.name),
-        )
+    gap, push, elastic = symbol("varphi_k"), symbol("lambda_k"), symbol("e_k")
+    closing = symbol("varphi_k", 1)
+    restitutions = [
+        say("{value} for {name}", value=writer.inline(c.restitution), name=Plain(c.name))
         for c in writer.equations.system.contacts
     ]
-    blocks: list[Block] = [
+    conditions = (at_least(gap), at_least(push), push + " " + gap + " = 0,")
+    return section(
+        say("Contacts"),
         Paragraph(
             say(
                 "The gaps {gap} of one-sided constraints and their multipliers obey",
-                gap=letters.inline(gap),
+                gap=Inline(gap),
             )
         ),
-        Law(
-            letters.comma.join(
-                (letters.at_least(gap), letters.at_least(push), f"{push} {gap} = 0,")
-            ),
-            ends=False,
-        ),
+        Law(joined(COMMA, conditions), ends=False),
         Paragraph(say("here")),
         formulas(rows, result=True),
         Paragraph(
@@ -247,15 +251,14 @@ def contacts(writer: DocumentWriter) -> Section | None:
                 "Times the gradient of the gap, {push} is the force of the contact. A gap that"
                 " closes with {closing} opens with {opening}; the restitution {elastic} is"
                 " {listed}.",
-                push=letters.inline(push),
-                closing=letters.inline(f"{rate} < 0"),
-                opening=letters.inline(f"-{elastic} {rate}"),
-                elastic=letters.inline(elastic),
-                listed=", ".join(sentences),
+                push=Inline(push),
+                closing=Inline(closing + " < 0"),
+                opening=Inline("-" + elastic + " " + closing),
+                elastic=Inline(elastic),
+                listed=Listed(tuple(restitutions)),
             )
         ),
-    ]
-    return section(say("Contacts"), *blocks)
+    )
 
 
 def contact_rows(writer: DocumentWriter) -> list[Formula]:
@@ -264,8 +267,8 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
         Formula(
             "",
             (writer.tree(contact.closure.expression),),
-            name=writer.letters.named(contact.name),
-            multiplier=writer.letters.formula(writer.tree(contact.closure.multiplier)),
+            name=named(contact.name),
+            multiplier=Expression(writer.tree(contact.closure.multiplier)),
         )
         for contact in writer.equations.system.contacts
     ]
@@ -273,10 +276,10 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
 
 def result(writer: DocumentWriter) -> Section | None:
     """Return the accelerations and multipliers that a computer integrates."""
-    equations, say = writer.equations, writer.say
+    equations = writer.equations
     if not equations.system.coordinates:
         return None
-    sentence = explicit_line(equations, explicit_form(equations), say)
+    sentence = explicit_line(equations, explicit_form(equations))
     return section(
         say("Result"),
         Paragraph(say("{text}:", text=sentence)),

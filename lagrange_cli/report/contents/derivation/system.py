@@ -12,6 +12,22 @@ from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.families import sizes_line
 from lagrange_cli.report.contents.sentences import recorded_line
+from lagrange_cli.report.inlines import (
+    Inline,
+    Listed,
+    Plain,
+    Prose,
+    Text,
+    Unit,
+    Written,
+    group,
+    in_parentheses,
+    joined,
+    ranges,
+    say,
+    symbol,
+    value,
+)
 from lagrange_cli.report.tree import Block, Paragraph, Section, Table, formulas, section
 
 if TYPE_CHECKING:
@@ -20,23 +36,23 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.system import Parameter, ParticleMotion
-    from lagrange_cli.report.letters import Letters
 
 
 def system(writer: DocumentWriter) -> Section | None:
     """Return the particles with their masses, and the parameters with their values."""
-    say, particles = writer.say, writer.equations.system.particles
-    listed = "; ".join(_particles(writer))
-    sentence = say.counted(
-        len(particles), "Particle: {listed}.", "Particles: {listed}.", listed=listed
-    )
+    particles = writer.equations.system.particles
     sizes = "" if writer.families is None else sizes_line(writer.families)
-    here = say("Here {sizes}.", sizes=writer.letters.inline(sizes)) if sizes else ""
-    whole = writer.paragraph(sentence if particles else "", here)
-    return section(say("System"), whole, _parameters(writer))
+    sentences: list[Written] = []
+    if particles:
+        listed = Listed(tuple(_particles(writer)), between="; ")
+        one, many = "Particle: {listed}.", "Particles: {listed}."
+        sentences.append(say.counted(len(particles), one, many, listed=listed))
+    if sizes:
+        sentences.append(say("Here {sizes}.", sizes=Inline(sizes)))
+    return section(say("System"), writer.paragraph(*sentences), _parameters(writer))
 
 
-def _particles(writer: DocumentWriter) -> Iterator[str]:
+def _particles(writer: DocumentWriter) -> Iterator[Written]:
     """Return the particles; those that are alike but for their indices as one."""
     families, particles = writer.families, writer.equations.system.particles
     if families is None:
@@ -51,71 +67,65 @@ def _particles(writer: DocumentWriter) -> Iterator[str]:
             continue
         name, x, y, z = text.text.split("\n")
         shown = _particle(writer, replace(alike[0], name=name, components=(x, y, z)))
-        ranges = writer.letters.inline(writer.letters.ranges(text.ranges))
-        yield writer.say("{names} for {ranges}", names=shown, ranges=ranges)
+        yield say("{names} for {ranges}", names=shown, ranges=Inline(ranges(text.ranges)))
 
 
-def _particle(writer: DocumentWriter, particle: ParticleMotion) -> str:
-    letters = writer.letters
-    place = ", ".join(letters.symbol(c) for c in particle.components)
-    return writer.say(
+def _particle(writer: DocumentWriter, particle: ParticleMotion) -> Written:
+    return say(
         "{name} of mass {mass} at {place}",
-        name=_particle_name(letters, particle),
-        mass=writer.lettered_inline(particle.mass),
-        place=letters.inline(f"({place})"),
+        name=_particle_name(particle),
+        mass=writer.inline(particle.mass),
+        place=Inline(group(joined(", ", map(symbol, particle.components)))),
     )
 
 
-def _particle_name(letters: Letters, particle: ParticleMotion) -> str:
-    name = letters.words(particle.name)
+def _particle_name(particle: ParticleMotion) -> Written:
+    name = Plain(particle.name)
     if particle.latex is None:
         return name
-    return f"{name} ({letters.inline(letters.symbol(particle.name, 0, particle.latex))})"
+    return in_parentheses(name, Inline(symbol(particle.name, 0, particle.latex)))
 
 
 def _parameters(writer: DocumentWriter) -> Table | Paragraph | None:
     """Return a table of the parameters; a sentence where nothing is known but their letters."""
-    say, letters = writer.say, writer.letters
     literals = dict(writer.equations.presentation.literals)
-    rows = []
+    rows: list[tuple[Text, ...]] = []
     for p in writer.equations.system.parameters:
-        value, exact = "", exact_value(p)
+        number: Text = ""
+        exact = exact_value(p)
         if exact is not None:
-            value = writer.lettered_inline(exact)
+            number = writer.inline(exact)
         elif p.value is not None:
-            value = letters.inline(letters.value(p.value, literals.get(Fraction(repr(p.value)))))
-        symbol = letters.inline(letters.symbol(p.name, 0, p.latex))
-        rows.append((symbol, _meaning(writer, p), value, letters.unit(p.unit or "")))
+            number = Inline(value(p.value, literals.get(Fraction(repr(p.value)))))
+        letter = Inline(symbol(p.name, 0, p.latex))
+        rows.append((letter, _meaning(writer, p), number, Unit(p.unit) if p.unit else ""))
     heads = (say("Parameter"), say("Meaning"), say("Value"), say("Unit"))
     if not rows:
         return None
     table = Table(heads, tuple(rows), prose=heads[1]).without_empty_columns()
     if len(table.heads) > 1:
         return table
-    listed = ", ".join(symbol for symbol, *_ in rows)
-    return Paragraph(
-        say.counted(len(rows), "Parameter: {listed}.", "Parameters: {listed}.", listed=listed)
-    )
+    listed = Listed(tuple(letter for letter, *_ in rows))
+    one, many = "Parameter: {listed}.", "Parameters: {listed}."
+    return Paragraph(say.counted(len(rows), one, many, listed=listed))
 
 
-def _meaning(writer: DocumentWriter, parameter: Parameter) -> str:
-    letters = writer.letters
+def _meaning(writer: DocumentWriter, parameter: Parameter) -> Text:
     if parameter.start_of is None:
-        return letters.prose(parameter.description or "")
+        return Prose(parameter.description) if parameter.description else ""
     latex = latex_overrides(writer.equations).get(parameter.start_of)
-    symbol = letters.inline(letters.symbol(parameter.start_of, 0, latex))
-    return writer.say("{coordinate} at the start", coordinate=symbol)
+    coordinate = Inline(symbol(parameter.start_of, 0, latex))
+    return say("{coordinate} at the start", coordinate=coordinate)
 
 
 def inputs(writer: DocumentWriter) -> Section | None:
     """Given functions of time, as formulas or in words."""
-    letters = writer.letters
     blocks: list[Block] = [
         Paragraph(
-            writer.say(
+            say(
                 "{name}: {value}",
-                name=letters.inline(letters.symbol(u.name)),
-                value=f"{letters.words(recorded_line(u.recording, writer.say))}.",
+                name=Inline(symbol(u.name)),
+                value=say("{text}.", text=recorded_line(u.recording)),
             )
         )
         for u in writer.equations.system.inputs
@@ -124,19 +134,19 @@ def inputs(writer: DocumentWriter) -> Section | None:
     expressions = [
         (u.name, u.expression) for u in writer.equations.system.inputs if u.recording is None
     ]
-    return _named(writer, writer.say("Inputs"), expressions, blocks)
+    return _named(writer, say("Inputs"), expressions, blocks)
 
 
 def outputs(writer: DocumentWriter) -> Section | None:
     """Return expressions that the scene asks for."""
-    return _named(writer, writer.say("Outputs"), writer.equations.system.outputs, [])
+    return _named(writer, say("Outputs"), writer.equations.system.outputs, [])
 
 
 def _named(
     writer: DocumentWriter,
-    heading: str,
+    heading: Text,
     entries: Iterable[tuple[str, Expr | None]],
     blocks: list[Block],
 ) -> Section | None:
-    rows = [writer.row(writer.letters.symbol(name), e) for name, e in entries if e is not None]
+    rows = [writer.row(symbol(name), e) for name, e in entries if e is not None]
     return section(heading, formulas(rows), *blocks)

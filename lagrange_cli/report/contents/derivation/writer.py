@@ -18,6 +18,7 @@ from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated
 from lagrange_cli.report.contents.families import with_families
 from lagrange_cli.report.contents.sentences import omission_told, operations_told
 from lagrange_cli.report.contents.steps.writer import Writer
+from lagrange_cli.report.inlines import Text, ranges, symbol, upright
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.tree import Formula, Paragraph
 
@@ -57,16 +58,13 @@ class DocumentWriter(Writer):
     @cached_property
     def omission(self) -> Omission | None:
         """Leaves out expressions that are too long to be read; None if all are wanted."""
-        return None if self.written_out else Omission(self._operations)
-
-    def _operations(self, count: int) -> str:
-        return self.letters.upright(operations_told(count, self.say))
+        return None if self.written_out else Omission(lambda n: upright(operations_told(n)))
 
     def left_out(self) -> Paragraph | None:
         """Return the note on expressions that were left out; None if there are none."""
         if self.omission is None or not self.omission.counts:
             return None
-        return Paragraph(omission_told(self.letters.typed("--written-out"), self.say))
+        return Paragraph(omission_told())
 
     # -- families -------------------------------------------------------------------
 
@@ -85,11 +83,11 @@ class DocumentWriter(Writer):
         """Return numbers of the rows of a part of the document, or the rows of their families."""
         return with_families(() if self.families is None else getattr(self.families, part), count)
 
-    def family_row(self, label: str, row: FamilyRow) -> Formula:
+    def family_row(self, label: Text, row: FamilyRow) -> Formula:
         """Return a definition or quantity of the elements of a family."""
         assert self.over_letters is not None
         node = self.noted(self.over_letters.whole(row))
-        return Formula(label, (node,), ranges=self.letters.ranges(row.ranges) if row.ranges else "")
+        return Formula(label, (node,), ranges=ranges(row.ranges))
 
     @property
     def energy_forms(self) -> tuple[Form | None, Form | None, Form | None]:
@@ -99,14 +97,14 @@ class DocumentWriter(Writer):
             return None, None, None
         return families.kinetic, families.potential, families.dissipation
 
-    def energy(self, label: str, energy: Expr, form: Form | None) -> Formula:
+    def energy(self, label: Text, energy: Expr, form: Form | None) -> Formula:
         """Return an energy, with sums over indices where it has such a form."""
         if form is None or self.over_letters is None:
             return self.row(label, energy)
         return Formula(label, (self.noted(self.over_letters.form(form)),))
 
     def definitions(
-        self, named: Sequence[tuple[str, str, Expr]], order: int = 0
+        self, named: Sequence[tuple[str, Text, Expr]], order: int = 0
     ) -> Iterator[Formula]:
         """Names, their labels and what they stand for; those of families as one, with letters.
 
@@ -117,7 +115,7 @@ class DocumentWriter(Writer):
             family_rows = self.families.definitions([(name, e) for name, _, e in named])
         for one in with_families(family_rows, len(named)):
             if isinstance(one, FamilyRow):
-                yield self.family_row(self.letters.symbol(one.name, order), one)
+                yield self.family_row(symbol(one.name, order), one)
             else:
                 yield self.row(*named[one][1:])
 
@@ -133,7 +131,7 @@ class DocumentWriter(Writer):
             self.abbreviated.update(abbreviations_in(node))
         return node
 
-    def total(self, label: str, parts: Sequence[Expr]) -> Formula:
+    def total(self, label: Text, parts: Sequence[Expr]) -> Formula:
         """``label = Σ parts``, the parts in their order, or with sums over indices."""
         form = None if self.families is None else self.families.quantity(sympy.Add(*parts))
         if form is not None:
@@ -146,5 +144,5 @@ class DocumentWriter(Writer):
         for name, expression in reversed(self.equations.presentation.abbreviations):
             if name in self.abbreviated:
                 node = self.noted(display(expression, unabbreviated(name, self.words)))
-                rows.insert(0, Formula(self.letters.symbol(name), (node,)))
+                rows.insert(0, Formula(symbol(name), (node,)))
         return rows

@@ -62,7 +62,7 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
         for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)
         if value is None
     ]
-    sentence = say("{text}.", text=explicit_line(equations, solved, say))
+    sentence = say("{text}.", text=writer.lettering.text(explicit_line(equations, solved)))
     rows = [formulas(part, result=True) for part in (rates, open_rows) if part]
     return [Section(heading, (*rows, Paragraph(sentence)))]
 

@@ -10,6 +10,7 @@ from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display, display_terms
 from lagrange_cli.report.contents.sentences import divisor_and_factor, multipliers_line
 from lagrange_cli.report.contents.steps.writer import StepsWriter, Writer, sum_of
+from lagrange_cli.report.inlines import Text
 from lagrange_cli.report.tree import (
     Block,
     Formula,
@@ -55,12 +56,12 @@ def constraints(writer: StepsWriter) -> Section | None:
         )
         one, many = "{listed} is the gap of a contact.", "{listed} are gaps of contacts."
         sentences.append(say.counted(len(equations.system.contacts), one, many, listed=gaps))
-    line = multipliers_line(equations, say)
+    line = multipliers_line(equations)
     return section(
         say("Constraints with multipliers"),
         writer.paragraph(*sentences),
         formulas(rows),
-        writer.paragraph(say("{text}.", text=line) if line else ""),
+        writer.paragraph(say("{text}.", text=writer.lettering.text(line)) if line else ""),
     )
 
 
@@ -87,7 +88,7 @@ def lagrange_equations(writer: StepsWriter) -> Section | None:
     return section(writer.say("Lagrange's equations"), law, *blocks)
 
 
-def lagrange_law(writer: Writer, multiplied: Iterable[str]) -> str:
+def lagrange_law(writer: Writer, multiplied: Iterable[Text]) -> str:
     """d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v = Q + Σ λ ∂φ/∂q, as far as there are such parts.
 
     ``multiplied``: the terms with λ.
@@ -99,7 +100,7 @@ def lagrange_law(writer: Writer, multiplied: Iterable[str]) -> str:
     if writer.equations.system.dissipation != 0:
         left += f" + {letters.partial(labels['D'], speed)}"
     force = letters.symbol("Q_j") if writer.equations.system.forces else ""
-    return f"{left} = {sum_of([force, *multiplied])}"
+    return f"{left} = {sum_of([force, *map(writer.lettering.text, multiplied)])}"
 
 
 def multiplier_terms(writer: StepsWriter) -> Iterator[str]:

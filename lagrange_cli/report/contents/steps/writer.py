@@ -19,12 +19,15 @@ from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
 from lagrange_cli.report.inlines import (
+    Chain,
     Expression,
     Inline,
     Label,
     Lettering,
+    Listed,
     Text,
     routhian,
+    say,
     symbol,
 )
 from lagrange_cli.report.letters import Letters
@@ -130,10 +133,10 @@ class Writer:
 
     # -- paragraphs -----------------------------------------------------------------
 
-    def paragraph(self, *sentences: str) -> Paragraph | None:
+    def paragraph(self, *sentences: Text) -> Paragraph | None:
         """Return a paragraph of the sentences that are not empty."""
-        nonempty = [s for s in sentences if s]
-        return Paragraph(" ".join(nonempty)) if nonempty else None
+        nonempty = tuple(s for s in sentences if s)
+        return Paragraph(Listed(nonempty, between=" ")) if nonempty else None
 
     def title(self, name: str) -> Title:
         """Return the title of the formulas below it, a name of the scene."""
@@ -224,28 +227,27 @@ class StepsWriter(Writer):
         return self.letters.group(written) if isinstance(node, DisplaySum) else written
 
 
-def start_sentence(writer: Writer, letter: Callable[[Conserved], str]) -> Paragraph | None:
+def start_sentence(writer: Writer, letter: Callable[[Conserved], Text]) -> Paragraph | None:
     """Give conserved quantities at a start that the scene writes in its parameters.
 
-    ``letter``: of a quantity, in the letters of the format.
+    ``letter``: of a quantity.
     """
-    values = [
-        writer.letters.inline(f"{letter(quantity)} = {writer.letters.formula(writer.tree(value))}")
-        for quantity, value in conserved_at_start(writer.equations)
-    ]
-    sentence = writer.say("At the start {values}.", values=", ".join(values))
-    return Paragraph(sentence) if values else None
+    values = tuple(
+        Inline(Chain((letter(quantity), " = ", Expression(writer.tree(number)))))
+        for quantity, number in conserved_at_start(writer.equations)
+    )
+    return Paragraph(say("At the start {values}.", values=Listed(values))) if values else None
 
 
-def angular_momentum_sentence(writer: Writer, quantity: Conserved, letter: str) -> Paragraph | None:
+def angular_momentum_sentence(
+    writer: Writer, quantity: Conserved, letter: Text
+) -> Paragraph | None:
     """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
     axis = angular_momentum_axis(writer.equations, quantity)
     if axis is None:
         return None
-    named = {"momentum": writer.letters.inline(letter), "axis": writer.letters.inline(axis)}
-    return Paragraph(
-        writer.say("{momentum} is the angular momentum about the {axis} axis.", **named)
-    )
+    named = {"momentum": Inline(letter), "axis": Inline(axis)}
+    return Paragraph(say("{momentum} is the angular momentum about the {axis} axis.", **named))
 
 
 def displacement(coordinate: Coordinate) -> Symbol:

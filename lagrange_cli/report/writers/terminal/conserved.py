@@ -23,6 +23,7 @@ from lagrange_cli.report.contents.sentences import (
     sum_line,
     undecided,
 )
+from lagrange_cli.report.inlines import Label, symbol
 from lagrange_cli.report.writers.terminal.writer import TextWriter
 
 if TYPE_CHECKING:
@@ -44,8 +45,8 @@ def conserved(writer: TextWriter) -> list[Row | Block]:
     if rows:
         lines.append(Block(tuple(rows), "asides"))
     else:
-        none = none_conserved_line(writer.equations, writer.say)
-        lines = [Row(heading, "   ", words(none), "heading")]
+        none = writer.prose(none_conserved_line(writer.equations))
+        lines = [Row(heading, "   ", none, "heading")]
     names = [
         "E" if n == "energy" else writer.printer.symbol(n) for n in undecided(writer.equations)
     ]
@@ -77,8 +78,8 @@ def _lost(writer: TextWriter) -> Iterator[Row]:
     """Yield the line that says why the energy is not conserved."""
     loss = energy_loss(writer.equations)
     if loss is not None:
-        label = quantity_labels(writer.equations)["L"]
-        why = loss_line(loss, label, "t", writer.say, escape_controls)
+        label = symbol(quantity_labels(writer.equations)["L"])
+        why = writer.text(loss_line(loss, label))
         yield Row("", "  ", words(writer.say("not conserved: {reason}", reason=why)))
 
 
@@ -90,7 +91,7 @@ def _sum(writer: TextWriter) -> Iterator[Row | Block]:
     labels = quantity_labels(writer.equations)
     name, shown = f"{labels['T']} + {labels['V']}", writer.pieces(total.difference)
     whole = [Piece(labels["h"], columns(labels["h"])), *added(shown)]
-    yield formula(f"  {name}", " = ", whole, aside=sum_line(writer.equations, total, writer.say))
+    yield formula(f"  {name}", " = ", whole, aside=writer.text(sum_line(writer.equations, total)))
     if total.rate is not None:
         yield writer.formula(f"  d({name})/dt", total.rate)
 
@@ -125,7 +126,7 @@ def conserved_family(writer: TextWriter, row: FamilyRow) -> Row:
     """Return the momenta of a family."""
     assert writer.over_letters is not None
     one = writer.equations.derivation.conserved[row.covers[0]]
-    reason = reason_of(writer, one, writer.printer.symbol(row.name))
+    reason = reason_of(writer, one, symbol(row.name))
     shown = writer.ranged(writer.tree(writer.over_letters.whole(row)), row)
     label = f"  {writer.printer.symbol(f'p_{row.name}')}"
     return formula(label, " = ", shown, aside=escape_controls(reason))
@@ -140,12 +141,11 @@ def name_of(writer: TextWriter, quantity: Conserved) -> str:
     return labels[energy_letter(quantity)]
 
 
-def reason_of(writer: TextWriter, quantity: Conserved, subject: str = "") -> str:
+def reason_of(writer: TextWriter, quantity: Conserved, subject: Label | None = None) -> str:
     """Say why a quantity is conserved; ``subject`` stands for the coordinates of a family."""
-    if not subject and quantity.coordinate is not None:
-        subject = writer.printer.symbol(quantity.coordinate)
-    subject = subject or quantity_labels(writer.equations)["L"]
-    reason = conserved_reason(writer.equations, quantity, subject, "t", writer.say)
+    if subject is None:
+        subject = symbol(quantity.coordinate or quantity_labels(writer.equations)["L"])
+    reason = writer.text(conserved_reason(writer.equations, quantity, subject))
     axis = angular_momentum_axis(writer.equations, quantity)
     if axis is None:
         return reason

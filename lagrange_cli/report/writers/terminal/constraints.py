@@ -29,7 +29,7 @@ def closures(writer: TextWriter) -> list[Row]:
         formula(f"  {name}", lead, left)
         for (name, left), lead in zip(shown, leads_after(names), strict=True)
     ]
-    note = Row("", "  ", words(multipliers_line(writer.equations, writer.say)))
+    note = Row("", "  ", writer.prose(multipliers_line(writer.equations)))
     return [heading_row(writer.say("Closure equations")), *rows, note]
 
 
@@ -45,9 +45,7 @@ def contacts(writer: TextWriter) -> list[Row]:
         value = joined(writer.pieces(contact.restitution))
         elasticity = writer.say("restitution {value}", value=value)
         rows.append(formula(f"  {name}", lead, left, aside=elasticity))
-    return rows + [
-        Row("", "  ", words(line)) for line in contacts_lines(writer.equations, writer.say)
-    ]
+    return rows + [Row("", "  ", writer.prose(line)) for line in contacts_lines(writer.equations)]
 
 
 def constraint_forces(writer: TextWriter) -> list[Row]:
@@ -62,7 +60,7 @@ def constraint_forces(writer: TextWriter) -> list[Row]:
         groups.append((name, known + pushed))
     names = [escape_controls(name) for name, _ in groups]
     is_empty = not (groups or forces.shared)
-    meaning = writer.say("none") if is_empty else forces_line(writer.say)
+    meaning = writer.say("none") if is_empty else writer.text(forces_line())
     lines = [Row(writer.say("Constraint forces"), "   ", words(meaning), "heading")]
     for name, lead, (_, rows) in zip(names, leads_after(names), groups, strict=True):
         for index, (label, expression) in enumerate(rows):
@@ -72,9 +70,7 @@ def constraint_forces(writer: TextWriter) -> list[Row]:
             lines.append(
                 formula(f"  {begin.rstrip()}", begin[len(begin.rstrip()) :] + opening, shown)
             )
-    return lines + [
-        Row("", "  ", words(escape_controls(n))) for n in force_notes(forces, writer.say)
-    ]
+    return lines + [Row("", "  ", writer.prose(n)) for n in force_notes(forces)]
 
 
 def multiplier_name(writer: TextWriter, constraint: str) -> str:

@@ -18,6 +18,7 @@ from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.vocabulary import Omission, unabbreviated, vocabulary
 from lagrange_cli.report.contents.sentences import certificate_line, omission_told, operations_told
 from lagrange_cli.report.document_options import TEXT_OPTIONS, sections_of
+from lagrange_cli.report.inlines import Text
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.writers.terminal.conserved import conserved, energy
 from lagrange_cli.report.writers.terminal.constraints import closures, constraint_forces, contacts
@@ -87,7 +88,7 @@ def derivation_page(
     printer = ScenePrinter() if ascii else UnicodePrinter(lowered=families is not None)
     say = language(str(chosen["language"]))
     say = say.in_ascii() if ascii else say
-    omission = None if chosen["written_out"] else Omission(partial(operations_told, say=say))
+    omission = None if chosen["written_out"] else Omission(operations_told)
     letters = vocabulary(equations, abbreviating=steps is None, omission=omission)
     over_letters = None if families is None else FamilyNotation(families, letters)
     forces = equations.derivation.constraint_forces is not None
@@ -167,12 +168,12 @@ def chosen(writer: TextWriter, sections: _Parts) -> Iterator[Iterable[Row | Bloc
 
 def certificate(writer: TextWriter) -> list[Row]:
     seal, steps = writer.equations.derivation.certificate, writer.equations.derivation.steps
-    lines = [certificate_line(seal, writer.say)]
+    lines: list[Text] = [certificate_line(seal)]
     if steps is not None:
         from lagrange_cli.report.contents.steps.board import certified_line
 
         lines.append(certified_line(steps, seal.digits, writer.say))
-    return [Row("", "", words(line)) for line in lines]
+    return [Row("", "", writer.prose(line)) for line in lines]
 
 
 def initial(writer: TextWriter) -> list[Row]:
@@ -233,7 +234,7 @@ def left_out(writer: TextWriter) -> list[Row]:
     omission = writer.words.omission
     if omission is None or not omission.counts:
         return []
-    return [Row("", "", words(omission_told("--written-out", writer.say)))]
+    return [Row("", "", writer.prose(omission_told()))]
 
 
 def abbreviations(writer: TextWriter) -> list[Row]:

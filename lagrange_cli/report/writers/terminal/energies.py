@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.errors import escape_controls
 from lagrange_cli.mechanics.families.forms import Form
 from lagrange_cli.notation.labels import quantity_labels
 from lagrange_cli.notation.layout import Piece, added
-from lagrange_cli.notation.page import USUAL_WIDTH, Block, Row, formula, words
+from lagrange_cli.notation.page import USUAL_WIDTH, Block, Row, formula
 from lagrange_cli.report.contents.sentences import (
     is_generalized_potential,
     recorded_line,
@@ -39,7 +38,7 @@ def energies(writer: TextWriter) -> list[Row]:
         if any(forms) or sum(p.width for p in pieces) > 2 * USUAL_WIDTH:
             difference = [Piece(f"{labels['T']} - {labels[potential]}", 5)]
             pieces = [*difference, *added(writer.pieces(-short.left_out))]
-        remark = f"({without_line(writer.equations, writer.printer.symbol('t'), writer.say)})"
+        remark = f"({writer.text(without_line(writer.equations) or '')})"
         rows.append(formula(labels["L"], " = ", pieces, aside=remark))
     if writer.equations.system.dissipation != 0:
         rows.append(energy_row(writer, labels["D"], writer.equations.system.dissipation, forms[2]))
@@ -77,9 +76,7 @@ def input_row(writer: TextWriter, source: Input) -> Row:
     label = f"  {writer.printer.symbol(source.name)}"
     if source.recording is None:
         return writer.formula(label, source.expression)
-    return Row(
-        label, ": ", words(escape_controls(recorded_line(source.recording, writer.say))), "name"
-    )
+    return Row(label, ": ", writer.prose(recorded_line(source.recording)), "name")
 
 
 def outputs(writer: TextWriter) -> list[Row]:

@@ -72,10 +72,10 @@ def account(writer: TextWriter, *, positions: bool = True) -> list[Row | Block]:
     if "account" not in writer.parts:
         none = Row("", "  ", words(writer.say("none")))
         return [heading_row(writer.say("Constraints")), *(listed or [none])]
-    counts = counting(writer.equations, writer.say)
+    counts = [writer.text(count) for count in counting(writer.equations)]
     items = [*(f"{count}," for count in counts[:-1]), *counts[-1:]]
-    chosen = choice_line(writer.equations, writer.say)
-    formulation = Row(writer.say("Formulation"), "   ", words(chosen), "heading")
+    chosen = choice_line(writer.equations)
+    formulation = Row(writer.say("Formulation"), "   ", writer.prose(chosen), "heading")
     return [
         Row(writer.say("Degrees of freedom"), "   ", words(items), "heading"),
         *listed,
@@ -96,7 +96,7 @@ def singular(writer: TextWriter) -> Iterator[Row]:
 
 def constraints(writer: TextWriter) -> Iterator[Row]:
     rows = []
-    for name, equations, remark in account_lines(writer.equations, writer.families, writer.say):
+    for name, equations, remark in account_lines(writer.equations, writer.families):
         ends = [*("," for _ in equations[1:]), ""]
         pieces: list[Piece] = []
         for (text, ranges), end in zip(equations, ends, strict=True):
@@ -107,10 +107,10 @@ def constraints(writer: TextWriter) -> Iterator[Row]:
                 span = writer.range_piece(ranges)
                 pieces.append(replace(span, lead="  ", text=span.text + end))
         pieces[0] = replace(pieces[0], separator="")
-        rows.append((name, (*pieces, *remark_pieces(escape_controls(remark)))))
-    implied, kind = (f(writer.equations, writer.say) for f in (implied_line, common_kind))
-    rows += [(writer.say("(implied)"), words(implied))] if implied else []
-    rows += [(writer.say("(all)"), words(kind))] if kind else []
+        rows.append((name, (*pieces, *remark_pieces(writer.text(remark or "")))))
+    implied, kind = implied_line(writer.equations), common_kind(writer.equations)
+    rows += [(writer.say("(implied)"), writer.prose(implied))] if implied else []
+    rows += [(writer.say("(all)"), writer.prose(kind))] if kind else []
     width = max((len(name) for name, _ in rows), default=0)
     for name, shown in rows:
         yield Row(f"  {name}", " " * (width - len(name) + 3), shown, "name")

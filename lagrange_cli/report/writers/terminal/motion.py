@@ -76,7 +76,7 @@ def accelerations(writer: TextWriter, heading: str = "") -> list[Row]:
     heading = heading or writer.say("Equations of motion")
     if not writer.equations.system.coordinates:
         return [heading_row(heading), still(writer)]
-    sentence = explicit_line(writer.equations, explicit, writer.say)
+    sentence = writer.text(explicit_line(writer.equations, explicit))
     rows = [Row(heading, ", ", words(sentence[0].lower() + sentence[1:]), "heading")]
     solved = zip(writer.equations.system.coordinates, explicit.accelerations, strict=True)
     known = [(c.name, value) for c, value in solved if value is not None]

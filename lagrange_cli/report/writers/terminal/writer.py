@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy
@@ -17,14 +18,17 @@ from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Vocabulary
 from lagrange_cli.report.contents.families import with_families
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS
+from lagrange_cli.report.inlines import Lettering, Text
 from lagrange_cli.report.phrases.language import ENGLISH, Language
 from lagrange_cli.report.ranges import text_ranges
+from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -94,13 +98,30 @@ class TextWriter:
             elif isinstance(one, int):
                 yield named[one][0], self.pieces(named[one][1])
 
+    @cached_property
+    def lettering(self) -> Lettering:
+        """Letters of the printer, and the language."""
+        is_lowered = isinstance(self.printer, UnicodePrinter) and self.printer.lowered
+        is_ascii = isinstance(self.printer, ScenePrinter)
+        return Lettering(
+            AsciiLetters() if is_ascii else UnicodeLetters(lowered=is_lowered), self.say
+        )
+
+    def text(self, text: Text) -> str:
+        """Return words or a formula as a text."""
+        return self.lettering.text(text)
+
+    def prose(self, text: Text | None) -> tuple[Piece, ...]:
+        """Return words that are broken between lines; none of nothing."""
+        return words(self.text(text or ""))
+
     def pieces(self, expression: Expr) -> list[Piece]:
         return self.tree(display(expression, self.words))
 
     def tree(self, node: DisplayNode) -> list[Piece]:
         """Return the pieces of a tree, whose abbreviations are noted."""
         self.note(node)
-        return self.printer.pieces(node)
+        return self.printer.pieces(self.lettering.node(node))
 
     def noted(self, node: DisplayNode) -> DisplayNode:
         """Return the same tree, whose abbreviations are noted."""
