@@ -7,7 +7,7 @@ print them. Where a text stands in place of words, it is in the letters of its f
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from lagrange_cli.notation.tree import DisplayNode
@@ -96,17 +96,20 @@ class Table:
         Its first line and the others.
     prose
         The head of the column that may hold sentences.
+    numeric
+        The heads of columns of numbers, which end below each other.
     """
 
     heads: tuple[Text, ...]
     rows: tuple[tuple[Text, ...], ...]
     prose: Text = ""
+    numeric: frozenset[Text] = frozenset()
 
     def without_empty_columns(self) -> Table:
         """Return the columns in which something stands."""
         used = [i for i in range(len(self.heads)) if any(row[i] for row in self.rows)]
         picked = [tuple(row[i] for i in used) for row in (self.heads, *self.rows)]
-        return Table(picked[0], tuple(picked[1:]), self.prose)
+        return replace(self, heads=picked[0], rows=tuple(picked[1:]))
 
 
 @dataclass(frozen=True)
@@ -117,11 +120,27 @@ class Bullets:
 
 
 @dataclass(frozen=True)
+class Labelled:
+    """Short names, each with what belongs to it: a list of terms."""
+
+    rows: tuple[tuple[Text, Text], ...]
+
+
+@dataclass(frozen=True)
+class Verbatim:
+    """Lines of characters of one width, as a diagram of letters."""
+
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Picture:
     """The sketch of the system, which a format draws in its way."""
 
 
-Block: TypeAlias = Paragraph | Title | Law | Formulas | Table | Bullets | Picture
+Block: TypeAlias = (
+    Paragraph | Title | Law | Formulas | Table | Bullets | Labelled | Verbatim | Picture
+)
 """A part of a section; steps have no tables, bullets and pictures."""
 
 

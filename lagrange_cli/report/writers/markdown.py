@@ -14,12 +14,14 @@ from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Formulas,
+    Labelled,
     Law,
     Paragraph,
     Picture,
     Section,
     Table,
     Title,
+    Verbatim,
 )
 from lagrange_cli.report.writers.latex.letters import LatexLetters
 from lagrange_cli.report.writers.latex.typesetter import Typesetter
@@ -94,7 +96,7 @@ def _block(block: Block, setter: Typesetter) -> Iterator[str]:
         case Formulas():
             yield from map(_display, setter.aligned(setter.rows(block)))
         case Table(heads, rows):
-            dashes = ["---"] * len(heads)
+            dashes = ["---:" if head in block.numeric else "---" for head in heads]
             lines = (
                 " | ".join(_cell(setter.text(cell)) for cell in row)
                 for row in (heads, dashes, *rows)
@@ -102,6 +104,11 @@ def _block(block: Block, setter: Typesetter) -> Iterator[str]:
             yield "\n".join(f"| {line} |" for line in lines)
         case Bullets(items):
             yield "\n".join(f"- {item}" for item in map(setter.text, items))
+        case Labelled(rows):
+            pairs = ((setter.text(label), setter.text(text)) for label, text in rows)
+            yield "\n".join(f"- **{label}**: {text}" for label, text in pairs)
+        case Verbatim(lines):
+            yield "\n".join(["```text", *lines, "```"])
         case Picture():
             pass
 

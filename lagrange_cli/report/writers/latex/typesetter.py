@@ -14,12 +14,14 @@ from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Formulas,
+    Labelled,
     Law,
     Paragraph,
     Picture,
     Section,
     Table,
     Title,
+    Verbatim,
 )
 from lagrange_cli.report.writers.latex.letters import MacroPrinter, Macros
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
@@ -113,6 +115,11 @@ class Typesetter(RowSetter):
                     *(rf"  \item {item}" for item in map(self.text, items)),
                     r"\end{itemize}",
                 ]
+            case Labelled(rows):
+                terms = (rf"  \item[{self.text(a)}] {self.text(b)}" for a, b in rows)
+                return [r"\begin{description}", *terms, r"\end{description}"]
+            case Verbatim(lines):
+                return [r"\begin{verbatim}", *lines, r"\end{verbatim}"]
             case Picture():
                 return [r"\begin{center}", self.picture, r"\end{center}"]
 
@@ -188,7 +195,8 @@ class Typesetter(RowSetter):
 
     def _columns(self, table: Table, *, fits: bool) -> str:
         prose = "l" if fits else r">{\raggedright\arraybackslash\hspace{0pt}}X"
-        return "".join(prose if head == table.prose else "l" for head in table.heads)
+        kinds = dict.fromkeys(table.numeric, "r") | {table.prose: prose}
+        return "".join(kinds.get(head, "l") for head in table.heads)
 
     def _label(self, part: str) -> str:
         number = self.counts[part] = self.counts.get(part, 0) + 1

@@ -13,7 +13,21 @@ from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.report.contents.steps.board import Sections
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.tree import Block, Formula, Formulas, Law, Paragraph, Section, Title
+from lagrange_cli.report.tables import TableColumn, labelled, table
+from lagrange_cli.report.tree import (
+    Block,
+    Bullets,
+    Formula,
+    Formulas,
+    Labelled,
+    Law,
+    Paragraph,
+    Picture,
+    Section,
+    Table,
+    Title,
+    Verbatim,
+)
 from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 
 #: Columns before paragraphs, and before laws and labels.
@@ -60,11 +74,33 @@ class SectionRows:
         return [Row(self.lettering.text(section.heading), role="heading"), *body]
 
     def _block(self, block: Block) -> list[Row]:
-        if isinstance(block, Formulas):
-            return self._aligned(block.rows)
-        assert isinstance(block, Paragraph | Title | Law)
-        indent = _FORMULA_INDENT if isinstance(block, Law) else _WORDS_INDENT
-        return [Row("", " " * indent, words(self.lettering.text(block.text)))]
+        text = self.lettering.text
+        match block:
+            case Formulas(rows):
+                return self._aligned(rows)
+            case Paragraph(shown) | Title(shown):
+                return [Row("", " " * _WORDS_INDENT, words(text(shown)))]
+            case Law(shown):
+                return [Row("", " " * _FORMULA_INDENT, words(text(shown)))]
+            case Table():
+                return self._table(block)
+            case Bullets(items):
+                return [Row("", "  - ", words(text(item))) for item in items]
+            case Labelled(pairs):
+                return labelled(*((text(label), text(shown)) for label, shown in pairs))
+            case Verbatim(lines):
+                return [Row("", line) for line in lines]
+            case Picture():
+                return []
+
+    def _table(self, block: Table) -> list[Row]:
+        """Return a table whose columns are as wide as their cells."""
+        text = self.lettering.text
+        columns = [
+            TableColumn(text(head), align=">" if head in block.numeric else "<")
+            for head in block.heads
+        ]
+        return table(columns, [list(map(text, row)) for row in block.rows])
 
     def _aligned(self, rows: Sequence[Formula]) -> list[Row]:
         """Return rows with their first signs of equality below each other."""

@@ -7,18 +7,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from lagrange_cli.notation.layout import break_lines
-from lagrange_cli.notation.printers.typst import CONTINUED, TypstPrinter, balanced
+from lagrange_cli.notation.printers.typst import CONTINUED, TypstPrinter, balanced, typst_string
 from lagrange_cli.report.inlines import Text
 from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Formulas,
+    Labelled,
     Law,
     Paragraph,
     Picture,
     Section,
     Table,
     Title,
+    Verbatim,
 )
 from lagrange_cli.report.writers.rows import FormulaRow, RowSetter
 
@@ -80,6 +82,10 @@ class Typesetter(RowSetter):
                 yield from self._table(block)
             case Bullets(items):
                 yield from (f"- {item}" for item in map(self.text, items))
+            case Labelled(rows):
+                yield from (f"/ {self.text(a)}: {self.text(b)}" for a, b in rows)
+            case Verbatim(lines):
+                yield f"#raw(block: true, {typst_string(chr(10).join(lines))})"
             case Picture():
                 pass
 
@@ -108,8 +114,11 @@ class Typesetter(RowSetter):
     def _table(self, table: Table) -> Iterator[str]:
         """Return a table between lines; a long one runs over pages."""
         widths = ", ".join("1fr" if head == table.prose else "auto" for head in table.heads)
+        aligned = ("right" if head in table.numeric else "left" for head in table.heads)
         yield "#table("
         yield f"  columns: ({widths},), stroke: none, table.hline(),"
+        if table.numeric:
+            yield f"  align: ({', '.join(aligned)},),"
         yield f"  table.header({self._cells(table.heads)}), table.hline(),"
         for row in table.rows:
             yield f"  {self._cells(row)},"
