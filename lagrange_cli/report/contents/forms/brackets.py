@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lagrange_cli.report.inlines import Inline, Label, Listed, bracket, partial, say, symbol
 from lagrange_cli.report.tree import Block, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
@@ -31,46 +32,37 @@ def bracket_sections(writer: FormWriter) -> list[Section]:
     rows = [writer.row(_label(writer, b), b.value) for b in brackets.brackets]
     blocks: list[Block] = [formulas(rows, result=True), *_rates(writer, brackets)]
     if brackets.quantities:
-        named = [
-            writer.row(writer.letters.formula(writer.tree(q.symbol)), q.expression)
-            for q in brackets.quantities
-        ]
-        blocks += [Paragraph(writer.say("with")), formulas(named, result=True)]
-    sentence = writer.say.counted(
+        named = [writer.row(writer.formula(q.symbol), q.expression) for q in brackets.quantities]
+        blocks += [Paragraph(say("with")), formulas(named, result=True)]
+    sentence = say.counted(
         brackets.certificate.points,
         "Compared at {count} state with numerical derivatives, to {digits} digits.",
         "Compared at {count} states with numerical derivatives, to {digits} digits.",
         digits=brackets.certificate.digits,
     )
-    return [Section(writer.say("Poisson brackets"), (*blocks, Paragraph(sentence)))]
+    return [Section(say("Poisson brackets"), (*blocks, Paragraph(sentence)))]
 
 
-def _label(writer: FormWriter, bracket: PoissonBracket) -> str:
-    sides = (writer.letters.formula(writer.tree(e)) for e in (bracket.first, bracket.second))
-    return writer.letters.bracket(*sides)
+def _label(writer: FormWriter, pair: PoissonBracket) -> Label:
+    return bracket(writer.formula(pair.first), writer.formula(pair.second))
 
 
 def _rates(writer: FormWriter, brackets: PoissonBrackets) -> Iterator[Block]:
     """Say what brackets with H say of conservation."""
-    letters, time = writer.letters, writer.letters.symbol("t")
     sentences = []
     for b in brackets.brackets:
-        function = letters.formula(writer.tree(b.first))
-        said = {
-            "function": letters.inline(function),
-            "rate": letters.inline(f"{_label(writer, b)} + {letters.partial(function, time)}"),
-        }
+        function = writer.formula(b.first)
         if b.conserved:
-            sentences.append(writer.say("{function} is conserved: {rate} vanishes.", **said))
+            rate = Inline(_label(writer, b) + " + " + partial(function, symbol("t")))
+            conserved = "{function} is conserved: {rate} vanishes."
+            sentences.append(say(conserved, function=Inline(function), rate=rate))
         elif b.conserved is False:
-            sentences.append(writer.say("{function} is not conserved.", **said))
+            sentences.append(say("{function} is not conserved.", function=Inline(function)))
         elif b.rate is None and getattr(b.second, "name", "") == f"{_H} ":
-            bracket = letters.inline(_label(writer, b))
             open_rate = "{bracket} is not all of the rate: forces, constraints or inputs add to it."
-            sentences.append(writer.say(open_rate, bracket=bracket))
-    words = writer.paragraph(*dict.fromkeys(sentences))
-    if words is not None:
-        yield words
+            sentences.append(say(open_rate, bracket=Inline(_label(writer, b))))
+    if sentences:
+        yield Paragraph(Listed(tuple(dict.fromkeys(sentences)), " "))
 
 
 def quantity_names(brackets: PoissonBrackets) -> dict[Symbol, str]:

@@ -16,6 +16,7 @@ from lagrange_cli.report.contents.forms.routhian import routhian_sections
 from lagrange_cli.report.contents.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.report.contents.forms.writer import FormWriter
 from lagrange_cli.report.contents.sentences import explicit_line
+from lagrange_cli.report.inlines import say
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 def first_order_sections(writer: FormWriter) -> list[Section]:
     """Return the section in place of Lagrange's equations."""
-    equations, say = writer.equations, writer.say
+    equations = writer.equations
     heading = say("Equations of first order")
     if not equations.system.coordinates:
         return [Section(heading, (Paragraph(say("There are none.")),))]
@@ -35,25 +36,15 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
     writer = replace(writer, vocabulary=with_velocities(writer.words, equations, letter))
     solved = explicit_form(equations)
     pairs = list(zip(equations.system.coordinates, solved.accelerations, strict=True))
-    rates = [
-        writer.row(writer.lettered_coordinate(c, 1), c.v) for c in equations.system.coordinates
-    ]
+    rates = [writer.row(writer.coordinate(c, 1), c.v) for c in equations.system.coordinates]
+    rates += [writer.row(writer.formula(c.a), value) for c, value in pairs if value is not None]
     rates += [
-        writer.row(writer.letters.formula(writer.tree(c.a)), value)
-        for c, value in pairs
-        if value is not None
-    ]
-    rates += [
-        writer.row(writer.letters.formula(writer.tree(closure.multiplier)), value)
+        writer.row(writer.formula(closure.multiplier), value)
         for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)
         if value is not None
     ]
     open_rows = [
-        Formula(
-            "",
-            (writer.noted(display_row(shown, writer.words)),),
-            name=writer.lettered_coordinate(c),
-        )
+        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(c))
         for (c, value), shown in zip(pairs, equations.derivation.shown, strict=True)
         if value is None
     ]
@@ -62,7 +53,7 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
         for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)
         if value is None
     ]
-    sentence = say("{text}.", text=writer.lettering.text(explicit_line(equations, solved)))
+    sentence = say("{text}.", text=explicit_line(equations, solved))
     rows = [formulas(part, result=True) for part in (rates, open_rows) if part]
     return [Section(heading, (*rows, Paragraph(sentence)))]
 

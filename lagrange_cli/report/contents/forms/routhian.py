@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import sympy
@@ -13,8 +12,8 @@ from lagrange_cli.analysis.symmetries.starting_values import value_at_start
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.labels import quantity_labels
-from lagrange_cli.notation.ordering import number_of
 from lagrange_cli.report.contents.forms.writer import FormWriter, certified
+from lagrange_cli.report.inlines import Inline, Listed, Sentence, enumerated, say, value
 from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
@@ -26,18 +25,17 @@ _DIGITS = 6
 
 def routhian_sections(writer: FormWriter) -> list[Section]:
     """Return the sections in place of Lagrange's equations."""
-    say = writer.say
     form = routhian_form(writer.equations)
     writer = writer.knowing(form.momenta)
     momenta = [writer.row(writer.momentum(m), m.expression) for m in form.momenta]
     start = {
-        m.symbol: value
+        m.symbol: known
         for m in form.momenta
-        if (value := value_at_start(writer.equations, m.expression)) is not None
+        if (known := value_at_start(writer.equations, m.expression)) is not None
     }
     ignored = [
         writer.row(
-            writer.lettered_coordinate(m.coordinate, 1),
+            writer.coordinate(m.coordinate, 1),
             velocity,
             *([shortened(velocity.xreplace(start))] if start else []),
         )
@@ -57,20 +55,18 @@ def routhian_sections(writer: FormWriter) -> list[Section]:
     if form.coordinates:
         rows = formulas(_equations(writer, form), result=True)
         sections.append(Section(say("Equations of motion"), (rows,)))
-    words = Paragraph(certified(form.certificate, say))
+    words = Paragraph(certified(form.certificate))
     recovered = formulas(ignored, result=True), words
     return [*sections, Section(say("Velocities of the ignored coordinates"), recovered)]
 
 
-def _told(writer: FormWriter, form: Routhian) -> str:
+def _told(writer: FormWriter, form: Routhian) -> Sentence:
     """Name the cyclic coordinates, and what is constant."""
-    return writer.say.counted(
+    return say.counted(
         len(form.momenta),
         "{coordinates} is cyclic; its momentum is a constant of the motion:",
         "{coordinates} are cyclic; their momenta are constants of the motion:",
-        coordinates=writer.lettered_list(
-            [writer.lettered_coordinate(m.coordinate) for m in form.momenta]
-        ),
+        coordinates=enumerated([writer.coordinate(m.coordinate) for m in form.momenta]),
     )
 
 
@@ -81,52 +77,40 @@ def _start(
     if form.start or start:
         numbers = form.start or (math.nan,) * len(form.momenta)
         values = [
-            writer.letters.inline(
-                f"{writer.momentum(m)} = "
+            Inline(
+                writer.momentum(m)
+                + " = "
                 + (
-                    writer.letters.formula(writer.tree(start[m.symbol]))
+                    writer.formula(start[m.symbol])
                     if m.symbol in start
-                    else _decimal(writer, value)
+                    else value(number, f"{number:.{_DIGITS}g}")
                 )
             )
-            for m, value in zip(form.momenta, numbers, strict=True)
+            for m, number in zip(form.momenta, numbers, strict=True)
             if m.symbol in start or form.start
         ]
-        yield Paragraph(writer.say("At the start {values}.", values=", ".join(values)))
-
-
-def _decimal(writer: FormWriter, value: float) -> str:
-    """Return a number in some digits."""
-    size = Fraction(abs(value))
-    literal = f"{abs(value):.{_DIGITS}g}"
-    number = number_of(size.numerator, size.denominator, literal)
-    return f"{'-' * (value < 0)}{writer.letters.formula(number)}"
+        yield Paragraph(say("At the start {values}.", values=Listed(tuple(values))))
 
 
 def _routhian(writer: FormWriter, form: Routhian) -> Iterator[Block]:
     """R with V_eff as a letter, and V_eff; what terms linear in velocities are."""
-    say = writer.say
     name = quantity_labels(writer.equations)["V_eff"]
     letter = sympy.Symbol(name, real=True)
     parts = [e for e in (form.kinetic, form.gyroscopic, -letter) if e != 0]
     yield formulas(
         [
-            writer.also(letter, name).total(writer.lettered_labels["R"], parts),
-            writer.total(writer.lettered_labels["V_eff"], form.potential),
+            writer.also(letter, name).total(writer.labels["R"], parts),
+            writer.total(writer.labels["V_eff"], form.potential),
         ],
         result=True,
     )
     if form.gyroscopic != 0:
-        linear = writer.lettered_inline(form.gyroscopic)
+        linear = writer.inline(form.gyroscopic)
         yield Paragraph(say("{linear} is gyroscopic: its force does no work.", linear=linear))
 
 
 def _equations(writer: FormWriter, form: Routhian) -> list[Formula]:
     return [
-        Formula(
-            "",
-            (writer.noted(display_row(shown, writer.words)),),
-            name=writer.lettered_coordinate(c),
-        )
+        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(c))
         for c, shown in zip(form.coordinates, form.shown, strict=True)
     ]

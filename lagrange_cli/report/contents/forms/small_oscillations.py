@@ -14,6 +14,18 @@ from lagrange_cli.notation.labels import free_letter
 from lagrange_cli.notation.ordering import symbol_of
 from lagrange_cli.notation.tree import Dependence
 from lagrange_cli.report.contents.forms.writer import FormWriter
+from lagrange_cli.report.inlines import (
+    Inline,
+    Label,
+    Listed,
+    Sentence,
+    Sign,
+    joined,
+    say,
+    symbol,
+    times,
+    value,
+)
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
@@ -29,25 +41,21 @@ _MOST_COORDINATES = 6
 
 def small_oscillation_sections(writer: FormWriter) -> list[Section]:
     """Return the sections in place of Lagrange's equations."""
-    say, equations = writer.say, writer.equations
+    equations = writer.equations
     form = small_oscillations(equations, _DIGITS)
     letters = ModeLetters.of(equations, form)
     writer = replace(writer, vocabulary=with_displacements(writer.words, form, letters))
     pairs = zip(form.coordinates, form.rest_values, form.displacements, strict=True)
     places = [
-        writer.total(writer.lettered_coordinate(c), [value] if d is c else [value, d.q])
-        for c, value, d in pairs
+        writer.total(writer.coordinate(c), [place] if d is c else [place, d.q])
+        for c, place, d in pairs
     ]
-    energies = [writer.total(writer.lettered_labels["T"], form.kinetic)]
+    energies = [writer.total(writer.labels["T"], form.kinetic)]
     if form.potential:
-        letter = writer.lettered_labels["V_eff" if form.is_effective else "V"]
+        letter = writer.labels["V_eff" if form.is_effective else "V"]
         energies.append(writer.total(letter, form.potential))
     rows = [
-        Formula(
-            "",
-            (writer.noted(display_row(shown, writer.words)),),
-            name=writer.lettered_coordinate(d),
-        )
+        Formula("", (writer.noted(display_row(shown, writer.words)),), name=writer.coordinate(d))
         for d, shown in zip(form.displacements, form.shown, strict=True)
     ]
     return [
@@ -62,44 +70,43 @@ def small_oscillation_sections(writer: FormWriter) -> list[Section]:
             ),
         ),
         Section(say("Small oscillations"), (formulas(rows, result=True),)),
-        *_poles(writer, form),
+        *_poles(form),
         *_modes(writer, form, letters),
     ]
 
 
-def _chosen(writer: FormWriter, form: SmallOscillations) -> str:
+def _chosen(writer: FormWriter, form: SmallOscillations) -> Sentence:
     """Say which equilibrium it is."""
     stability = form.at.stability
     if stability is not None and stability.verdict in ("stable", "asymptotically stable"):
-        return writer.say("It is the stable equilibrium nearest to the initial configuration.")
-    return writer.say(
+        return say("It is the stable equilibrium nearest to the initial configuration.")
+    return say(
         "It is the equilibrium nearest to the initial configuration of those that are not found to"
         " be unstable."
     )
 
 
-def _poles(writer: FormWriter, form: SmallOscillations) -> Iterator[Section]:
+def _poles(form: SmallOscillations) -> Iterator[Section]:
     """Exponents of motions with damping or gyroscopic terms."""
     if form.poles:
-        listed = ", ".join(writer.letters.inline(_complex(s)) for s in form.poles)
-        exponents = writer.say("Exponents of damped and gyroscopic motions: {poles}.", poles=listed)
-        yield Section(writer.say("Poles"), (Paragraph(exponents),))
+        listed = Listed(tuple(Inline(_complex(s)) for s in form.poles))
+        exponents = say("Exponents of damped and gyroscopic motions: {poles}.", poles=listed)
+        yield Section(say("Poles"), (Paragraph(exponents),))
 
 
 def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) -> Iterator[Section]:
     """Squares of the angular frequencies, and normal coordinates."""
     if not form.modes:
         return
-    say = writer.say
     squares = [
-        writer.row(writer.letters.formula(writer.tree(w**2)), mode.square)
+        writer.row(writer.formula(w**2), mode.square)
         for w, mode in zip(letters.frequencies, form.modes, strict=True)
     ]
     numbers = [
-        writer.letters.inline(f"{writer.letters.symbol(str(w))} = {mode.frequency:.6g}")
+        Inline(symbol(str(w)) + " = " + _decimal(mode.frequency))
         for w, mode in zip(letters.frequencies, form.modes, strict=True)
     ]
-    values_note = say("With the values of the parameters {values}.", values=", ".join(numbers))
+    values_note = say("With the values of the parameters {values}.", values=Listed(tuple(numbers)))
     yield Section(
         say("Angular frequencies"), (formulas(squares, result=True), Paragraph(values_note))
     )
@@ -107,7 +114,7 @@ def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) ->
         return
     sums = [
         writer.total(
-            writer.lettered_coordinate(d),
+            writer.coordinate(d),
             [m.shape[i] * q for m, q in zip(form.modes, letters.places, strict=True)],
         )
         for i, d in enumerate(form.displacements)
@@ -122,12 +129,14 @@ def _modes(writer: FormWriter, form: SmallOscillations, letters: ModeLetters) ->
     )
 
 
-def _complex(value: complex) -> str:
-    real = f"{value.real:.6g}" if value.real else ""
-    if not value.imag:
-        return real or "0"
-    sign = " + " if real else ""
-    return f"{real}{sign}{value.imag:.6g} i"
+def _complex(number: complex) -> Label:
+    turned = [times(_decimal(number.imag), Sign("imaginary"))] if number.imag else []
+    real = [_decimal(number.real)] if number.real or not turned else []
+    return joined(" + ", [*real, *turned])
+
+
+def _decimal(number: float) -> Label:
+    return value(number, f"{number:.{_DIGITS}g}")
 
 
 @dataclass(frozen=True)
@@ -165,9 +174,9 @@ def with_displacements(
     atoms, first = dict(words.atoms), len(words.atoms)
     levels = (Dependence.COORDINATE, Dependence.VELOCITY, Dependence.ACCELERATION)
     for rank, d in enumerate(form.displacements, first):
-        for order, (symbol, level) in enumerate(zip((d.q, d.v, d.a), levels, strict=True)):
+        for order, (variable, level) in enumerate(zip((d.q, d.v, d.a), levels, strict=True)):
             known = symbol_of(d.name, level, rank, order=order, latex=d.latex)
-            atoms.setdefault(symbol, known)
+            atoms.setdefault(variable, known)
     for rank, (w, q, a) in enumerate(
         zip(letters.frequencies, letters.places, letters.accelerations, strict=True), len(atoms)
     ):

@@ -11,7 +11,7 @@ from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.vocabulary import Vocabulary, with_symbols
 from lagrange_cli.report.contents.steps.writer import Writer
-from lagrange_cli.report.phrases.language import Language
+from lagrange_cli.report.inlines import Expression, Label, Sentence, Text, say, symbol
 from lagrange_cli.report.tree import Formula
 
 if TYPE_CHECKING:
@@ -46,7 +46,11 @@ class FormWriter(Writer):
         """Return an expression as it is displayed."""
         return self.noted(display(expression, self.words))
 
-    def total(self, label: str, parts: Sequence[Expr]) -> Formula:
+    def formula(self, expression: Expr) -> Label:
+        """Return an expression as a label, or a part of one."""
+        return Expression(self.tree(expression))
+
+    def total(self, label: Text, parts: Sequence[Expr]) -> Formula:
         """``label = Σ parts``, the parts in their order; 0 without parts."""
         return Formula(label, (self.noted(display_sum(parts or (_zero(),), self.words)),))
 
@@ -63,9 +67,9 @@ class FormWriter(Writer):
         """Return the writer with one further letter."""
         return replace(self, vocabulary=with_symbols(self.words, [(symbol, name, None)]))
 
-    def momentum(self, momentum: Momentum, order: int = 0) -> str:
+    def momentum(self, momentum: Momentum, order: int = 0) -> Label:
         """Return the letter of a momentum, with its dots."""
-        return self.letters.symbol(momentum.name, order, momentum_latex(momentum))
+        return symbol(momentum.name, order, momentum_latex(momentum))
 
 
 def with_momenta(words: Vocabulary, momenta: Sequence[Momentum]) -> Vocabulary:
@@ -86,7 +90,7 @@ def _zero() -> Expr:
     return zero
 
 
-def certified(certificate: Certificate, say: Language) -> str:
+def certified(certificate: Certificate) -> Sentence:
     """``Compared at 8 states with Lagrange's equations, to 30 digits.``"""
     return say.counted(
         certificate.points,
