@@ -55,7 +55,7 @@ class Chain(Label):
 
 
 #: No formula.
-NOTHING = Chain(())
+NOTHING: Label = Chain(())
 
 
 def joined(sign: Label | str, parts: Iterable[Label | str]) -> Label:
@@ -293,7 +293,7 @@ class Unit(Written):
 
 @dataclass(frozen=True)
 class Inline(Written):
-    """A formula within a sentence."""
+    """A formula within a sentence; a text is the same in every format, as an axis x."""
 
     formula: Text
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.inlines import Text
+from lagrange_cli.report.inlines import Text, Written
 
 
 @dataclass(frozen=True)
@@ -143,6 +143,9 @@ Block: TypeAlias = (
 )
 """A part of a section; steps have no tables, bullets and pictures."""
 
+Part: TypeAlias = Block | Text
+"""A part of a section, where words by themselves are a paragraph."""
+
 
 @dataclass(frozen=True)
 class Section:
@@ -163,12 +166,11 @@ class Section:
     name: str = ""
 
 
-def section(heading: Text, *blocks: Block | None) -> Section | None:
+def section(heading: Text, *blocks: Part | None) -> Section | None:
     """Return a section of the blocks that there are; None if none holds anything."""
-    kept_terms = tuple(
-        b for b in blocks if b is not None and not (isinstance(b, Formulas) and not b.rows)
-    )
-    return Section(heading, kept_terms) if kept_terms else None
+    parts = (Paragraph(b) if isinstance(b, Written | str) else b for b in blocks if b)
+    shown = tuple(b for b in parts if not (isinstance(b, Formulas) and not b.rows))
+    return Section(heading, shown) if shown else None
 
 
 def formulas(rows: Iterable[Formula], *, result: bool = False) -> Formulas:

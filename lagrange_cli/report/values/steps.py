@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import rest_system
-from lagrange_cli.notation.build import display
 from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.report.contents.steps.writer import StepsWriter
-from lagrange_cli.report.writers.terminal.letters import AsciiLetters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -38,7 +36,7 @@ def closed_form(
 
 def steps_report(equations: Equations, steps: DerivationSteps) -> dict[str, Any]:
     """Return the steps as a JSON value; expressions are in the scene language."""
-    return {"steps": _Reporter(StepsWriter(equations, AsciiLetters(), steps=steps)).report()}
+    return {"steps": _Reporter(StepsWriter(equations, steps=steps)).report()}
 
 
 class _Reporter:
@@ -47,7 +45,7 @@ class _Reporter:
         self._printer = ScenePrinter()
 
     def _say(self, expression: Expr) -> str:
-        return self._printer.inline(display(expression, self._writer.words))
+        return self._printer.inline(self._writer.tree(expression))
 
     def report(self) -> dict[str, Any]:
         steps, equations = self._writer.steps, self._writer.equations

@@ -185,9 +185,7 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
     if steps is None:
         above, below = _above(writer, parts, form), _below(writer, parts, form)
     else:
-        board = StepsWriter(
-            writer.equations, writer.letters, writer.say, steps=steps, omission=writer.omission
-        )
+        board = StepsWriter(writer.equations, steps=steps, omission=writer.omission)
         above = _above_with_steps(writer, board, parts, form)
         below = _below_with_steps(writer, board, parts, form)
     first, last = list(_chosen(above, parts)), list(_chosen(below, parts))

@@ -22,7 +22,6 @@ from lagrange_cli.report.contents.sentences import (
 from lagrange_cli.report.contents.steps.by_lagrange import lagrange_law
 from lagrange_cli.report.inlines import (
     COMMA,
-    Chain,
     Expression,
     Inline,
     Label,
@@ -62,7 +61,7 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     return section(
         heading,
         Paragraph(say("Lagrange's equations,")),
-        Law(Chain((lagrange_law(writer, _multiplied(writer)), ",")), ends=False),
+        Law(lagrange_law(writer, _multiplied(writer)) + ",", ends=False),
         Paragraph(say("read")),
         formulas(lagrange_equations(writer), result=True),
         writer.paragraph(*_divided(writer)),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import partial as bound
 from typing import TYPE_CHECKING, TypeAlias
 
-import sympy
-
-from lagrange_cli.report.contents.sentences import energy_is_sum, only_between_impacts
+from lagrange_cli.report.contents.sentences import (
+    energy_is_sum,
+    is_generalized_potential,
+    only_between_impacts,
+)
 from lagrange_cli.report.contents.steps import (
     by_dalembert,
     by_lagrange,
@@ -18,12 +20,26 @@ from lagrange_cli.report.contents.steps import (
     particles,
 )
 from lagrange_cli.report.contents.steps.writer import (
+    SPEED,
     StepsWriter,
     angular_momentum_sentence,
     start_sentence,
 )
-from lagrange_cli.report.phrases.language import ENGLISH, Language
-from lagrange_cli.report.tree import Block, Formula, Paragraph, Section, formulas, section
+from lagrange_cli.report.inlines import (
+    Inline,
+    Label,
+    Listed,
+    Written,
+    below,
+    enumerated,
+    partial,
+    rate,
+    say,
+    symbol,
+    times,
+    total,
+)
+from lagrange_cli.report.tree import Formula, Part, Section, formulas, section
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import Conserved
@@ -34,99 +50,82 @@ def conservation(writer: StepsWriter) -> Section | None:
     """Return the section on cyclic coordinates, ∂L/∂q = 0, and on the energy, ∂L/∂t = 0."""
     if not writer.equations.system.coordinates:
         return None
-    heading = writer.say("Cyclic coordinates, momenta and energy")
-    named = {c.name: writer.lettered_coordinate(c) for c in writer.equations.system.coordinates}
 
-    def letter(quantity: Conserved) -> str:
+    def letter(quantity: Conserved) -> Label:
         if quantity.kind == "momentum":
-            return writer.letters.below("p", named[quantity.coordinate or ""])
-        return writer.lettered_labels["E" if quantity.kind == "energy" else "h"]
+            return below("p", writer.cartesian(quantity.coordinate or ""))
+        return writer.labels["E" if quantity.kind == "energy" else "h"]
 
-    start = start_sentence(writer, letter)
+    heading, start = say("Cyclic coordinates, momenta and energy"), start_sentence(writer, letter)
     return section(heading, *_momenta(writer), *_energy(writer), start)
 
 
-def _momenta(writer: StepsWriter) -> Iterator[Block]:
-    equations, letters, say = writer.equations, writer.letters, writer.say
-    whole = letters.inline(writer.lettered_labels["L"])
+def _momenta(writer: StepsWriter) -> Iterator[Part]:
+    equations, whole = writer.equations, Inline(writer.labels["L"])
     conserved = {c.coordinate: c for c in equations.derivation.conserved if c.kind == "momentum"}
     absent = [
         c
         for c, steps in zip(equations.system.coordinates, writer.steps.coordinates, strict=True)
         if steps.slope == 0 or c.name in equations.derivation.cyclic
     ]
-    driven = [writer.lettered_coordinate(c) for c in absent if c.name not in conserved]
+    driven = [writer.coordinate(c) for c in absent if c.name not in conserved]
     if not absent and not equations.derivation.open_questions:
-        yield Paragraph(say("{lagrangian} depends on every coordinate.", lagrangian=whole))
+        yield say("{lagrangian} depends on every coordinate.", lagrangian=whole)
     if driven:
-        yield Paragraph(
-            say.counted(
-                len(driven),
-                "{listed} does not stand in {lagrangian}, but forces or constraints change its"
-                " momentum.",
-                "{listed} do not stand in {lagrangian}, but forces or constraints change their"
-                " momenta.",
-                listed=writer.lettered_list(driven),
-                lagrangian=whole,
-            )
+        yield say.counted(
+            len(driven),
+            "{listed} does not stand in {lagrangian}, but forces or constraints change its"
+            " momentum.",
+            "{listed} do not stand in {lagrangian}, but forces or constraints change their"
+            " momenta.",
+            listed=enumerated(driven),
+            lagrangian=whole,
         )
     for c in absent:
         if c.name not in conserved:
             continue
-        slope = letters.inline(
-            f"{letters.partial(writer.lettered_labels['L'], writer.lettered_coordinate(c))} = 0"
-        )
-        name = letters.inline(writer.lettered_coordinate(c))
-        yield Paragraph(
-            say("{name} is cyclic, {slope}, and its momentum is conserved,", name=name, slope=slope)
-        )
-        momentum = letters.partial(writer.lettered_labels["L"], writer.lettered_coordinate(c, 1))
-        label = letters.below("p", writer.lettered_coordinate(c))
+        place, label = writer.coordinate(c), below("p", writer.coordinate(c))
+        slope = Inline(partial(writer.labels["L"], place) + " = 0")
+        sentence = "{name} is cyclic, {slope}, and its momentum is conserved,"
+        yield say(sentence, name=Inline(place), slope=slope)
+        momentum = partial(writer.labels["L"], writer.coordinate(c, 1))
         row = writer.row(label, conserved[c.name].expression)
         yield formulas([replace(row, middle=momentum)], result=True)
-        sentence = angular_momentum_sentence(writer, conserved[c.name], label)
-        if sentence is not None:
-            yield sentence
+        axis = angular_momentum_sentence(writer, conserved[c.name], label)
+        if axis is not None:
+            yield axis
 
 
-def _energy(writer: StepsWriter) -> Iterator[Block]:
-    equations, letters, labels = writer.equations, writer.letters, writer.lettered_labels
-    say, both = writer.say, letters.inline(f"{labels['T']} + {labels['V']}")
+def _energy(writer: StepsWriter) -> Iterator[Part]:
+    equations, labels = writer.equations, writer.labels
+    both = Inline(labels["T"] + " + " + labels["V"])
     conserved_energy = next(
         (c for c in equations.derivation.conserved if c.kind != "momentum"), None
     )
-    momentum = letters.partial(labels["L"], letters.symbol("q_j", 1))
-    function = letters.total("j", letters.times(letters.symbol("q_j", 1), momentum))
-    row = writer.row(f"{function} - {labels['L']}", equations.system.energy)
+    function = total("j", times(SPEED, partial(labels["L"], SPEED))) + " - " + labels["L"]
+    row = writer.row(function, equations.system.energy)
     reported = conserved_energy or equations.derivation.balance
     if reported is not None:
         label = labels["E" if reported.kind == "energy" else "h"]
-        row = Formula(label, row.chain, middle=row.label)
-    yield Paragraph(say("The energy function is"))
+        row = Formula(label, row.chain, middle=function)
+    yield say("The energy function is")
     yield formulas([row], result=True)
     if conserved_energy is None:
         if equations.derivation.balance is not None:
-            yield Paragraph(say("It changes at the rate"))
-            yield formulas([writer.row(letters.rate(label), equations.derivation.balance.rate)])
+            yield say("It changes at the rate")
+            yield formulas([writer.row(rate(label), equations.derivation.balance.rate)])
         return
-    slope = letters.inline(f"{letters.partial(labels['L'], letters.symbol('t'))} = 0")
-    sentence = say("It is conserved, since {slope}", slope=slope)
+    slope = Inline(partial(labels["L"], symbol("t")) + " = 0")
+    clauses = [say("It is conserved, since {slope}", slope=slope)]
     if equations.system.forces or equations.system.dissipation != 0:
-        sentence += say(" and the forces do no work")
+        clauses.append(say(" and the forces do no work"))
     elif only_between_impacts(equations):
-        sentence += say(", between impacts")
+        clauses.append(say(", between impacts"))
     if energy_is_sum(equations, conserved_energy):
-        sentence += say("; it is {energy}", energy=both)
-    elif (
-        conserved_energy.kind == "jacobi"
-        and not equations.system.potential.free_symbols & _velocities(writer)
-    ):
-        sentence += say("; it is not {energy}", energy=both)
-    yield Paragraph(say("{text}.", text=sentence))
-
-
-def _velocities(writer: StepsWriter) -> set[sympy.Symbol]:
-    return {c.v for c in writer.equations.system.coordinates}
+        clauses.append(say("; it is {energy}", energy=both))
+    elif conserved_energy.kind == "jacobi" and not is_generalized_potential(equations):
+        clauses.append(say("; it is not {energy}", energy=both))
+    yield say("{text}.", text=Listed(tuple(clauses), ""))
 
 
 #: The part of a document that a section belongs to, and what writes it.
@@ -176,16 +175,16 @@ Sections: TypeAlias = Iterator[tuple[str, Callable[[], Section | None]]]
 
 def working(writer: StepsWriter) -> Sections:
     """Return the sections from positions to the equations of motion, and Newton's beside them."""
-    return ((parts, partial(write, writer)) for parts, write in _ORDERS[writer.steps.way])
+    return ((parts, bound(write, writer)) for parts, write in _ORDERS[writer.steps.way])
 
 
 def conclusions(writer: StepsWriter) -> Sections:
     """Return the sections after the equations of motion, none after those of equilibrium."""
     if writer.steps.of_motion:
-        yield "conserved", partial(conservation, writer)
+        yield "conserved", bound(conservation, writer)
 
 
-def certified_line(steps: DerivationSteps, digits: int, say: Language = ENGLISH) -> str:
+def certified_line(steps: DerivationSteps, digits: int) -> Written:
     """``Every line ... was compared ...``"""
     return say(
         "Every line of the steps compared at {count} of these states to {digits} digits, largest"

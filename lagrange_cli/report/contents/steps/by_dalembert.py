@@ -6,15 +6,40 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.report.contents.forces import force_rows
-from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.contents.steps.by_lagrange import equation, lagrange_law, multiplier_terms
 from lagrange_cli.report.contents.steps.energies import lagrangian_row
-from lagrange_cli.report.contents.steps.writer import StepsWriter, sum_of
+from lagrange_cli.report.contents.steps.writer import (
+    DISPLACED,
+    INERTIA,
+    PLACE,
+    POSITION,
+    StepsWriter,
+    by_body,
+    sum_of,
+    work,
+)
+from lagrange_cli.report.inlines import (
+    NOTHING,
+    Inline,
+    Label,
+    Listed,
+    Plain,
+    Written,
+    below,
+    group,
+    partial,
+    rounded,
+    say,
+    symbol,
+    times,
+    total,
+    vector,
+    virtual,
+)
 from lagrange_cli.report.tree import (
-    Block,
     Formula,
     Law,
-    Paragraph,
+    Part,
     Section,
     Title,
     formulas,
@@ -22,172 +47,140 @@ from lagrange_cli.report.tree import (
 )
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.step_values import BodySteps, VirtualWork
-    from lagrange_cli.mechanics.system import Coordinate
+    from lagrange_cli.mechanics.step_values import BodySteps
 
 
 def applied_forces(writer: StepsWriter) -> Section | None:
     """Return the applied force on each particle, of potentials, dissipation and forces."""
-    blocks: list[Block] = []
-    for body in writer.steps.bodies:
-        rows = [
-            writer.row(writer.force(part.name), part.force)
-            for part in body.components
-            if part.force != 0
-        ]
-        if rows:
-            blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
-            blocks.append(formulas(rows))
-    note = "" if blocks else writer.say("No applied force acts on a particle.")
-    return section(writer.say("Applied forces"), writer.paragraph(note), *blocks)
+    blocks = list(
+        by_body(
+            writer,
+            lambda body: [
+                writer.row(writer.force(p.name), p.force) for p in body.components if p.force != 0
+            ],
+        )
+    )
+    note = "" if blocks else say("No applied force acts on a particle.")
+    return section(say("Applied forces"), note, *blocks)
 
 
 def principle(writer: StepsWriter) -> Section | None:
     """Return the coefficient of each δq, which vanishes."""
-    coordinates = writer.equations.system.coordinates
-    if not coordinates:
+    names, count = writer.steps.in_coordinates, len(writer.equations.system.coordinates)
+    if not count:
         return None
-    say, names = writer.say, writer.steps.in_coordinates
     return section(
         say("d'Alembert's principle"),
-        *names_in_coordinates(writer, names),
-        Paragraph(
-            say("Constraint forces do no work in virtual displacements that the constraints allow:")
-        ),
-        Law(f"{total_work(writer, effective_force(writer), names)} = 0"),
-        Paragraph(independent(writer)),
+        names_in_coordinates(writer, names),
+        say("Constraint forces do no work in virtual displacements that the constraints allow:"),
+        Law(total_work(writer, effective_force(writer), names) + " = 0"),
+        independent(writer),
         *coefficient_law(writer, names),
-        *(
-            block
-            for number, (c, parts) in enumerate(
-                zip(coordinates, writer.steps.balances, strict=True)
-            )
-            for block in _coefficient(writer, number, c, parts)
-        ),
+        *(block for number in range(count) for block in _coefficient(writer, number)),
     )
 
 
-def independent(writer: StepsWriter) -> str:
+def independent(writer: StepsWriter) -> Written:
     """Say why the coefficient of each δq vanishes."""
-    name = writer.letters.inline(writer.letters.virtual(writer.letters.symbol("q_j")))
     if writer.equations.system.pushing:
-        return writer.say(
+        return say(
             "The {listed} are restricted by the constraints that are kept: with a multiplier for"
             " each of these, every coefficient vanishes.",
-            listed=name,
+            listed=Inline(DISPLACED),
         )
     sentence = "The {listed} are independent, so the coefficient of each vanishes."
-    return writer.say(sentence, listed=name)
+    return say(sentence, listed=Inline(DISPLACED))
 
 
-def total_work(writer: StepsWriter, force: str, names: Sequence[str]) -> str:
+def total_work(writer: StepsWriter, force: Label, names: Sequence[str]) -> Label:
     """``Σ_i F_i · δr_i``, less ``Σ_j N_j δq_j`` of terms with ``names`` that act on no particle."""
-    letters = writer.letters
-    displaced = letters.virtual(letters.vector("r"))
-    work = letters.total("i", f"{force}{letters.dot_product}{displaced}")
+    by_particles = work(force, virtual(POSITION))
     if not names:
-        return work
-    displaced = letters.virtual(letters.symbol("q_j"))
-    return f"{work} - {letters.total('j', letters.times(further_force(writer), displaced))}"
+        return by_particles
+    return by_particles + " - " + total("j", times(further_force(writer), DISPLACED))
 
 
-def coefficient_law(writer: StepsWriter, names: Sequence[str], total: str = "") -> Iterator[Block]:
-    """Return the coefficient of δq_j with terms beside ``total``, where there are any."""
-    letters = writer.letters
+def coefficient_law(
+    writer: StepsWriter, names: Sequence[str], force: Label = NOTHING
+) -> Iterator[Part]:
+    """Return the coefficient of δq_j with terms beside ``force``, where there are any."""
     terms = list(multiplier_terms(writer))
     if not (names or terms):
         return
-    if not total:
-        place = letters.partial(letters.vector("r"), letters.symbol("q_j"))
-        total = letters.total("i", f"{effective_force(writer)}{letters.dot_product}{place}")
-    total += f" - {further_force(writer)}" if names else ""
-    yield Law(f"{sum_of([total, *terms])} = 0")
+    whole = force or work(effective_force(writer), partial(POSITION, PLACE))
+    if names:
+        whole += " - " + further_force(writer)
+    yield Law(sum_of([whole, *terms]) + " = 0")
 
 
-def further_force(writer: StepsWriter) -> str:
+def further_force(writer: StepsWriter) -> Label:
     """``N_j``, the inertia less force of what is written in coordinates."""
-    return writer.letters.symbol(f"{writer.inertia_letter}_j")
+    return symbol(f"{writer.inertia_letter}_j")
 
 
-def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Iterator[Paragraph]:
+def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Written | None:
     """Name the terms that act on no particle, if there are any."""
-    letters = writer.letters
     if not names:
-        return
-    yield Paragraph(
-        writer.say.counted(
-            len(names),
-            "{listed} is written in coordinates and acts on no particle: its inertia less force"
-            " is {further}.",
-            "{listed} are written in coordinates and act on no particle: their inertia less"
-            " force is {further}.",
-            listed=", ".join(map(letters.words, names)),
-            further=letters.inline(further_force(writer)),
-        )
+        return None
+    return say.counted(
+        len(names),
+        "{listed} is written in coordinates and acts on no particle: its inertia less force"
+        " is {further}.",
+        "{listed} are written in coordinates and act on no particle: their inertia less"
+        " force is {further}.",
+        listed=Listed(tuple(map(Plain, names))),
+        further=Inline(further_force(writer)),
     )
 
 
-def effective_force(writer: StepsWriter) -> str:
+def effective_force(writer: StepsWriter) -> Label:
     """``(F_i - m_i r̈_i)``."""
-    letters = writer.letters
-    inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
-    return letters.group(f"{letters.vector(writer.force_letter)} - {inertia}")
+    return group(writer.applied + " - " + INERTIA)
 
 
-def _coefficient(
-    writer: StepsWriter, number: int, coordinate: Coordinate, parts: VirtualWork
-) -> Iterator[Block]:
-    letters = writer.letters
-    place = writer.lettered_coordinate(coordinate)
-    yield Title(writer.say("For {place}:", place=letters.inline(letters.virtual(place))))
-    slope = letters.partial(letters.vector("r"), place)
-    inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
+def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
+    place = writer.coordinate(writer.equations.system.coordinates[number])
+    parts = writer.steps.balances[number]
+    yield Title(say("For {place}:", place=Inline(virtual(place))))
+    slope = partial(POSITION, place)
     rows: list[Formula] = []
     if parts.inertia != 0 or parts.work != 0:
-        moved = letters.total("i", f"{inertia}{letters.dot_product}{slope}")
-        force = letters.vector(writer.force_letter)
-        worked = letters.total("i", f"{force}{letters.dot_product}{slope}")
-        rows += [writer.row(moved, parts.inertia), writer.row(worked, parts.work)]
+        rows.append(writer.row(work(INERTIA, slope), parts.inertia))
+        rows.append(writer.row(work(writer.applied, slope), parts.work))
     if parts.coordinates != 0:
-        label = letters.below(writer.inertia_letter, place)
-        rows.append(writer.row(label, parts.coordinates))
+        rows.append(writer.row(below(writer.inertia_letter, place), parts.coordinates))
     yield formulas(rows)
-    yield from equation(
-        writer, writer.steps.coordinates[number], writer.equations.derivation.shown[number]
-    )
+    yield from equation(writer, number)
 
 
 def comparison(writer: StepsWriter) -> Section | None:
     """Say that Lagrange's equations are the same, as was found by numbers."""
-    if not writer.steps.balances:
+    steps, labels, system = writer.steps, writer.labels, writer.equations.system
+    if not steps.balances:
         return None
-    steps, labels, say = writer.steps, writer.lettered_labels, writer.say
     size = say("nothing")
     if steps.difference:
-        difference = writer.letters.inline(writer.letters.number(steps.difference))
+        difference = Inline(rounded(steps.difference))
         size = say("{difference} at most, relative to their terms", difference=difference)
-    potential = labels["U" if is_generalized_potential(writer.equations) else "V"]
     return section(
         say("The same by Lagrange's equations"),
         formulas(
             [
-                writer.row(labels["T"], writer.equations.system.kinetic),
-                writer.row(potential, writer.equations.system.potential),
+                writer.row(labels["T"], system.kinetic),
+                writer.row(writer.potential, system.potential),
                 lagrangian_row(writer),
             ]
         ),
         Law(lagrange_law(writer, multiplier_terms(writer))),
-        Paragraph(
-            say.counted(
-                steps.states,
-                "Evaluated from {lagrangian} at {count} random state in {digits} digits, these"
-                " differ from the coefficients above by {size}: both ways give the same equations.",
-                "Evaluated from {lagrangian} at {count} random states in {digits} digits, these"
-                " differ from the coefficients above by {size}: both ways give the same equations.",
-                lagrangian=writer.letters.inline(labels["L"]),
-                digits=writer.equations.derivation.certificate.digits,
-                size=size,
-            )
+        say.counted(
+            steps.states,
+            "Evaluated from {lagrangian} at {count} random state in {digits} digits, these"
+            " differ from the coefficients above by {size}: both ways give the same equations.",
+            "Evaluated from {lagrangian} at {count} random states in {digits} digits, these"
+            " differ from the coefficients above by {size}: both ways give the same equations.",
+            lagrangian=Inline(labels["L"]),
+            digits=writer.equations.derivation.certificate.digits,
+            size=size,
         ),
     )
 
@@ -197,35 +190,23 @@ def newton_equations(writer: StepsWriter) -> Section | None:
     forces = writer.equations.derivation.constraint_forces
     if forces is None:
         return None
-    letters = writer.letters
-    inertia = letters.times(letters.symbol("m_i"), letters.vector("r", 2))
-    blocks: list[Block] = []
-    for body in writer.steps.bodies:
-        rows = [] if body.name in forces.shared else list(_newton(writer, body))
-        if rows:
-            blocks += [writer.title(body.name)] if len(writer.steps.bodies) > 1 else []
-            blocks.append(formulas(rows))
+    blocks = list(
+        by_body(writer, lambda body: [] if body.name in forces.shared else _newton(writer, body))
+    )
     if not blocks:
         return None
-    law = f"{inertia} = {letters.vector(writer.force_letter)}"
-    if not (forces.shared or list(force_rows(forces))):
-        return section(writer.say("Newton's equations"), Law(law), *blocks)
-    return section(
-        writer.say("Newton's equations"),
-        Law(f"{law} + {letters.vector('f')}"),
-        Paragraph(
-            writer.say("The constraint forces that make up the difference are listed below.")
-        ),
-        *blocks,
-    )
+    law, note = INERTIA + " = " + writer.applied, None
+    if forces.shared or list(force_rows(forces)):
+        law += " + " + vector("f")
+        note = say("The constraint forces that make up the difference are listed below.")
+    return section(say("Newton's equations"), Law(law), note, *blocks)
 
 
 def _newton(writer: StepsWriter, body: BodySteps) -> Iterator[Formula]:
     for part in body.components:
         is_short = part.acceleration == 0 or part.acceleration.is_Symbol
         if body.mass is not None and not is_short:
-            acceleration = writer.cartesian(part.name, 2)
-            label = writer.letters.times(writer.factor(body.mass), acceleration)
+            label = times(writer.factor(body.mass), writer.cartesian(part.name, 2))
             yield writer.row(label, body.mass * part.acceleration)
         if part.force != 0:
             yield writer.row(writer.force(part.name), part.force)

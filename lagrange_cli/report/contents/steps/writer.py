@@ -1,8 +1,8 @@
-"""The writer of sections: equations, letters of a format, a language, steps if any."""
+"""The writer of sections: equations, and steps if any, to labels and rows of trees."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -14,60 +14,66 @@ from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.labels import free_letter, quantity_labels
-from lagrange_cli.notation.ordering import spelled_symbol, symbol_of
+from lagrange_cli.notation.ordering import labelled_symbol, symbol_of
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
+from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.inlines import (
+    DOT,
     Chain,
     Expression,
     Inline,
     Label,
     Lettering,
     Listed,
+    Plain,
     Text,
+    below,
+    group,
+    joined,
     routhian,
     say,
     symbol,
+    times,
+    total,
+    vector,
+    virtual,
 )
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import ENGLISH, Language
-from lagrange_cli.report.tree import Formula, Paragraph, Title
+from lagrange_cli.report.tree import Formula, Formulas, Paragraph, Title
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import Conserved
-    from lagrange_cli.mechanics.step_values import ComponentSteps, DerivationSteps
+    from lagrange_cli.mechanics.step_values import BodySteps, ComponentSteps, DerivationSteps
     from lagrange_cli.mechanics.system import Closure, Coordinate
 
 #: Terms of a sum that is written out although its parts stand above it.
 _MOST_TERMS = 12
 
+#: Symbols of general formulas: a coordinate, its rate and its displacement, and a position.
+PLACE, SPEED, POSITION = symbol("q_j"), symbol("q_j", 1), vector("r")
+DISPLACED = virtual(PLACE)
+
+#: Mass times acceleration of particle i.
+INERTIA = times(symbol("m_i"), vector("r", 2))
+
 
 @dataclass(frozen=True)
-class Writer:
-    """Writes labels and rows of some equations.
+class TreeWriter:
+    """Makes labels and rows of some equations.
 
     Attributes
     ----------
     equations
         The equations.
-    letters
-        Letters of the format.
-    say
-        The language of the words between formulas.
     """
 
     equations: Equations
-    letters: Letters
-    say: Language = ENGLISH
-
-    @property
-    def lettering(self) -> Lettering:
-        """Letters and language."""
-        return Lettering(self.letters, self.say)
 
     @cached_property
     def words(self) -> Vocabulary:
@@ -88,31 +94,17 @@ class Writer:
         # Routh's function keeps its letter, in another face.
         return labels if names["R"] == "R" else {**labels, "R": routhian()}
 
+    @property
+    def potential(self) -> Label:
+        """The label of the potential: V, or U where it depends on velocities."""
+        return self.labels["U" if is_generalized_potential(self.equations) else "V"]
+
     def coordinate(self, coordinate: Coordinate, order: int = 0) -> Label:
         return symbol(coordinate.name, order, coordinate.latex)
 
     def inline(self, expression: Expr) -> Inline:
         """Return an expression within a sentence."""
         return Inline(Expression(self.tree(expression)))
-
-    @cached_property
-    def lettered_labels(self) -> dict[str, str]:
-        """The labels in the letters of the format."""
-        return {short: self.lettering.text(label) for short, label in self.labels.items()}
-
-    def lettered_coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
-        return self.lettering.text(self.coordinate(coordinate, order))
-
-    def lettered_inline(self, expression: Expr) -> str:
-        """Return an expression within a sentence, in the letters of the format."""
-        return self.lettering.text(self.inline(expression))
-
-    def lettered_list(self, formulas: Sequence[str]) -> str:
-        """Return formulas within a sentence: ``x, y and z``."""
-        inline = [self.letters.inline(f) for f in formulas]
-        if len(inline) < 2:
-            return "".join(inline)
-        return self.say("{first} and {last}", first=", ".join(inline[:-1]), last=inline[-1])
 
     # -- rows -----------------------------------------------------------------------
 
@@ -136,16 +128,56 @@ class Writer:
     def paragraph(self, *sentences: Text) -> Paragraph | None:
         """Return a paragraph of the sentences that are not empty."""
         nonempty = tuple(s for s in sentences if s)
-        return Paragraph(Listed(nonempty, between=" ")) if nonempty else None
+        return Paragraph(Listed(nonempty, " ")) if nonempty else None
 
     def title(self, name: str) -> Title:
         """Return the title of the formulas below it, a name of the scene."""
-        return Title(self.say("{text}:", text=self.letters.words(name)))
+        return Title(say("{text}:", text=Plain(name)))
 
 
 @dataclass(frozen=True)
-class StepsWriter(Writer):
-    """Writes labels and rows of the steps of some equations.
+class Writer(TreeWriter):
+    """Writes labels and rows of some equations in letters of a format.
+
+    Attributes
+    ----------
+    letters
+        Letters of the format.
+    say
+        The language of the words between formulas.
+    """
+
+    letters: Letters
+    say: Language = ENGLISH
+
+    @property
+    def lettering(self) -> Lettering:
+        """Letters and language."""
+        return Lettering(self.letters, self.say)
+
+    @cached_property
+    def lettered_labels(self) -> dict[str, str]:
+        """The labels in the letters of the format."""
+        return {short: self.lettering.text(label) for short, label in self.labels.items()}
+
+    def lettered_coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
+        return self.lettering.text(self.coordinate(coordinate, order))
+
+    def lettered_inline(self, expression: Expr) -> str:
+        """Return an expression within a sentence, in the letters of the format."""
+        return self.lettering.text(self.inline(expression))
+
+    def lettered_list(self, formulas: Sequence[str]) -> str:
+        """Return formulas within a sentence: ``x, y and z``."""
+        inline = [self.letters.inline(f) for f in formulas]
+        if len(inline) < 2:
+            return "".join(inline)
+        return self.say("{first} and {last}", first=", ".join(inline[:-1]), last=inline[-1])
+
+
+@dataclass(frozen=True)
+class StepsWriter(TreeWriter):
+    """Makes labels and rows of the steps of some equations.
 
     Attributes
     ----------
@@ -172,82 +204,81 @@ class StepsWriter(Writer):
         for rank, name in enumerate(c.name for c in self.equations.system.cartesian_names):
             atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
         for rank, c in enumerate(self.equations.system.coordinates):
-            text = self.letters.virtual(self.lettered_coordinate(c))
-            atoms[displacement(c)] = spelled_symbol(text, Dependence.ACCELERATION, rank)
+            label = virtual(self.coordinate(c))
+            atoms[displacement(c)] = labelled_symbol(label, Dependence.ACCELERATION, rank)
         return replace(usual, atoms=atoms)
 
     # -- labels ---------------------------------------------------------------------
 
-    def variable(self, symbol: Symbol) -> str:
+    def variable(self, variable: Symbol) -> Label:
         """Return a coordinate or t, as what is differentiated by."""
-        for c in self.equations.system.coordinates:
-            if symbol == c.q:
-                return self.lettered_coordinate(c)
-        return self.letters.symbol("t")
+        named = {c.q: self.coordinate(c) for c in self.equations.system.coordinates}
+        return named.get(variable, symbol("t"))
 
-    def cartesian(self, name: str, order: int = 0) -> str:
+    def cartesian(self, name: str, order: int = 0) -> Label:
         """Return a Cartesian name, which may be that of a coordinate."""
-        for c in self.equations.system.coordinates:
-            if c.name == name:
-                return self.lettered_coordinate(c, order)
-        return self.letters.symbol(name, order)
+        named = {c.name: self.coordinate(c, order) for c in self.equations.system.coordinates}
+        return named.get(name, symbol(name, order))
 
     @cached_property
     def constraint_letter(self) -> str:
         """The letter of left sides of constraints, φ where the scene has no other use for it."""
         return free_letter(self.equations, ("phi", "psi", "f", "g", "h", "w"))
 
-    def constraint(self, closure: Closure) -> str:
+    def constraint(self, closure: Closure) -> Label:
         """Return the left side of a closure or gap: ``φ_rolling``."""
         letter, index = (
             self.constraint_letter,
             self.equations.presentation.indices.get(closure.name),
         )
         latex = None if index is None else f"{latex_name(letter)}_{{{index}}}"
-        return self.letters.symbol(f"{letter}_{closure.name}", 0, latex)
+        return symbol(f"{letter}_{closure.name}", 0, latex)
 
     @cached_property
     def force_letter(self) -> str:
-        """Return the letter of applied forces, F where the scene has no other use for it."""
+        """The letter of applied forces, F where the scene has no other use for it."""
         return free_letter(self.equations, ("F", "K", "P"))
 
     @cached_property
     def inertia_letter(self) -> str:
-        """Return the letter of inertia less force of terms that act on no particle."""
+        """The letter of inertia less force of terms that act on no particle."""
         return free_letter(self.equations, ("N", "S", "W"))
 
-    def force(self, name: str) -> str:
-        """Return the force along a Cartesian name: ``F_x``."""
-        return self.letters.below(self.force_letter, self.cartesian(name))
+    @property
+    def applied(self) -> Label:
+        """The applied force on particle i."""
+        return vector(self.force_letter)
 
-    def factor(self, expression: Expr) -> str:
+    def force(self, name: str) -> Label:
+        """Return the force along a Cartesian name: ``F_x``."""
+        return below(self.force_letter, self.cartesian(name))
+
+    def factor(self, expression: Expr) -> Label:
         """Return an expression as a factor of a label."""
         node = self.tree(expression)
-        written = self.letters.formula(node)
-        return self.letters.group(written) if isinstance(node, DisplaySum) else written
+        return group(Expression(node)) if isinstance(node, DisplaySum) else Expression(node)
 
 
-def start_sentence(writer: Writer, letter: Callable[[Conserved], Text]) -> Paragraph | None:
-    """Give conserved quantities at a start that the scene writes in its parameters.
-
-    ``letter``: of a quantity.
-    """
+def start_sentence(
+    writer: TreeWriter, letter: Callable[[Conserved], Label | str]
+) -> Paragraph | None:
+    """Give conserved quantities at a start that the scene writes in its parameters."""
     values = tuple(
-        Inline(Chain((letter(quantity), " = ", Expression(writer.tree(number)))))
-        for quantity, number in conserved_at_start(writer.equations)
+        Inline(letter(quantity) + " = " + Expression(writer.tree(value)))
+        for quantity, value in conserved_at_start(writer.equations)
     )
     return Paragraph(say("At the start {values}.", values=Listed(values))) if values else None
 
 
 def angular_momentum_sentence(
-    writer: Writer, quantity: Conserved, letter: Text
+    writer: TreeWriter, quantity: Conserved, letter: Label | str
 ) -> Paragraph | None:
     """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
     axis = angular_momentum_axis(writer.equations, quantity)
     if axis is None:
         return None
-    named = {"momentum": Inline(letter), "axis": Inline(axis)}
-    return Paragraph(say("{momentum} is the angular momentum about the {axis} axis.", **named))
+    sentence = "{momentum} is the angular momentum about the {axis} axis."
+    return Paragraph(say(sentence, momentum=Inline(letter), axis=Inline(axis)))
 
 
 def displacement(coordinate: Coordinate) -> Symbol:
@@ -260,6 +291,23 @@ def is_own_coordinate(part: ComponentSteps) -> bool:
     return bool(part.position.is_Symbol and part.position.name == part.name)
 
 
-def sum_of(terms: Iterable[str]) -> str:
+def sum_of(terms: Iterable[Label | str]) -> Label:
     """Return terms of a general formula with plus signs; 0 if there are none."""
-    return " + ".join(t for t in terms if t) or "0"
+    return joined(" + ", terms) or Chain(("0",))
+
+
+def work(force: Label, along: Label) -> Label:
+    """``Σ_i F_i · δr_i``, or along ∂r_i/∂q_j."""
+    return total("i", force + DOT + along)
+
+
+def by_body(
+    writer: StepsWriter, rows: Callable[[BodySteps], Iterable[Formula]]
+) -> Iterator[Title | Formulas]:
+    """Return the rows of each body that has any, below its name where there are several."""
+    for body in writer.steps.bodies:
+        written = tuple(rows(body))
+        if written:
+            if len(writer.steps.bodies) > 1:
+                yield writer.title(body.name)
+            yield Formulas(written)

@@ -128,12 +128,10 @@ def with_steps(
     """Return the derivation line by line."""
     from lagrange_cli.report.contents.steps.board import conclusions, working
     from lagrange_cli.report.contents.steps.writer import StepsWriter
-    from lagrange_cli.report.writers.terminal.sections import SectionRows, text_letters
+    from lagrange_cli.report.writers.terminal.sections import SectionRows
 
-    letters = text_letters(ascii=isinstance(writer.printer, ScenePrinter))
-    omission = writer.words.omission
-    board = StepsWriter(writer.equations, letters, writer.say, steps=steps, omission=omission)
-    rows = SectionRows(board.lettering, writer.printer)
+    board = StepsWriter(writer.equations, steps=steps, omission=writer.words.omission)
+    rows = SectionRows(writer.lettering, writer.printer)
     above: _Parts = (
         ("system", partial(parameters, writer)),
         ("account constraints", lambda: account(writer, positions=False)),
@@ -172,7 +170,7 @@ def certificate(writer: TextWriter) -> list[Row]:
     if steps is not None:
         from lagrange_cli.report.contents.steps.board import certified_line
 
-        lines.append(certified_line(steps, seal.digits, writer.say))
+        lines.append(certified_line(steps, seal.digits))
     return [Row("", "", writer.prose(line)) for line in lines]
 
 
