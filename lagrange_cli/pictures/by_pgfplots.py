@@ -33,15 +33,17 @@ _BELOW, _NAMES, _LEGEND = 0.9, 0.8, 0.5
 
 _DASHES = ("solid", "dashed", "densely dotted", "dashdotted", "densely dashdotdotted")
 _SYMBOLS = ("*", "square*", "triangle*", "diamond*", "pentagon*", "o", "square", "triangle")
+
+#: Place of a legend → its anchor, and the part of the axes at which that is.
 _CORNERS = {
-    "upper right": "north east",
-    "upper left": "north west",
-    "lower right": "south east",
-    "lower left": "south west",
-    "upper center": "north",
-    "lower center": "south",
-    "center left": "west",
-    "center right": "east",
+    "upper right": ("north east", "0.98,0.97"),
+    "upper left": ("north west", "0.02,0.97"),
+    "lower right": ("south east", "0.98,0.03"),
+    "lower left": ("south west", "0.02,0.03"),
+    "upper center": ("north", "0.5,0.97"),
+    "lower center": ("south", "0.5,0.03"),
+    "center left": ("west", "0.02,0.5"),
+    "center right": ("east", "0.98,0.5"),
 }
 
 _HEAD = r"""% Made by lagrange. In the preamble:
@@ -90,7 +92,7 @@ def _options(picture: Picture, panel: Panel, size: tuple[float, float]) -> Itera
         if axis.is_log:
             yield f"{letter}mode=log, {letter}majorgrids, grid style={{black!10}}"
         if axis.unit == DEGREES:
-            yield f"{letter}tick distance=45"
+            yield f"{letter}tick distance=90"
         if axis.is_reversed:
             yield f"{letter} dir=reverse"
     if panel.is_equal:
@@ -100,8 +102,8 @@ def _options(picture: Picture, panel: Panel, size: tuple[float, float]) -> Itera
     if legend_lines(panel):
         corner = legend_corner(panel, *size)
         if corner is not None:
-            anchor = _CORNERS[corner]
-            yield f"legend style={{at={{(axis description cs:{_at(anchor)})}}, anchor={anchor}}}"
+            anchor, place = _CORNERS[corner]
+            yield f"legend style={{at={{({place})}}, anchor={anchor}}}"
         elif picture.columns == 1:
             yield "legend pos=outer north east"
         else:
@@ -116,22 +118,12 @@ def _options(picture: Picture, panel: Panel, size: tuple[float, float]) -> Itera
             yield f"colorbar, {ends}, colorbar style={{ylabel={{{picture.bar.axis.label.latex}}}}}"
 
 
-def _at(anchor: str) -> str:
-    """Return the place of a legend with this anchor as parts of the axes."""
-    x = 0.98 if "east" in anchor else 0.02 if "west" in anchor else 0.5
-    y = 0.97 if "north" in anchor else 0.03 if "south" in anchor else 0.5
-    return f"{x},{y}"
-
-
 def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(bytes.fromhex(colour[1:]))
 
 
 def _plots(panel: Panel) -> Iterator[str]:
-    drawn = list(looks(panel))
-    for line, look in sorted(
-        drawn, key=lambda pair: pair[0].style not in ("faint", "band", "rule")
-    ):
+    for line, look in looks(panel):
         yield from _plot(panel, line, look)
     for place, (across, up) in zip(panel.places, text_sides(panel), strict=True):
         at = f"(axis cs:{_number(place.x)},{_number(place.y)})"
@@ -144,7 +136,7 @@ def _plot(panel: Panel, line: Line, look: Look) -> Iterator[str]:
     if look.colour is None:
         colour = f"color of colormap={round(1000 * (line.level or 0.0))}"
     else:
-        colour = f"color={{rgb,255:{_named_rgb(look.colour)}}}"
+        colour = "color={{rgb,255:red,{};green,{};blue,{}}}".format(*_rgb(look.colour))
     style = [colour]
     if look.width:
         style += [
@@ -171,13 +163,6 @@ def _plot(panel: Panel, line: Line, look: Look) -> Iterator[str]:
             mark = f"mark=*, mark size={2 if fill else 1.2}pt"
             mark += f", mark options={{fill={fill}}}" if fill else ""
             yield f"\\addplot[{colour}, forget plot, only marks, {mark}] coordinates {{{at}}};\n"
-
-
-def _named_rgb(colour: str) -> str:
-    return ";".join(
-        f"{name},{value}"
-        for name, value in zip(("red", "green", "blue"), _rgb(colour), strict=True)
-    )
 
 
 def _points(panel: Panel, line: Line) -> Iterator[str]:

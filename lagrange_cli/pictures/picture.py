@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -68,9 +68,8 @@ def axis_of(labels: Labels, names: Sequence[str]) -> Axis:
     symbols = [in_dollars(labels.symbol(name)) for name in distinct]
     if len(symbols) > _MOST_SYMBOLS:
         symbols = [symbols[0], Label(r"$\ldots$", "…"), symbols[-1]]
-    name = Label(", ".join(s.latex for s in symbols), ", ".join(s.plain for s in symbols))
     units = {unit_of(labels, column) for column in distinct}
-    return Axis(name, units.pop() if len(units) == 1 else None)
+    return Axis(listed(symbols), units.pop() if len(units) == 1 else None)
 
 
 def unit_of(labels: Labels, name: str) -> Label | None:
@@ -83,6 +82,11 @@ def unit_of(labels: Labels, name: str) -> Label | None:
 def in_dollars(symbol: Label) -> Label:
     """Return a symbol as a label."""
     return Label(f"${symbol.latex}$", symbol.plain)
+
+
+def listed(labels: Sequence[Label]) -> Label:
+    """Return labels with commas between them."""
+    return Label(*(", ".join(texts) for texts in zip(*map(astuple, labels), strict=True)))
 
 
 def equation(symbol: Label, value: float, unit: Label | None, digits: int = 6) -> Label:

@@ -21,6 +21,7 @@ from lagrange_cli.pictures.picture import (
     Picture,
     equation,
     in_dollars,
+    listed,
     unit_of,
 )
 from lagrange_cli.pictures.style import COLOURS
@@ -131,7 +132,7 @@ def _line(
     label = member_label(labels, member, family.values[member], family.symbol)
     if len(curves) > 1:
         name = curve_label(labels, curve, alone=over_time(curves))
-        label = Label(f"{name.latex}, {label.latex}", f"{name.plain}, {label.plain}")
+        label = listed([name, label])
     has_ends = level is None and curve.abscissa != "t"
     return Line(label, x[known], y[known], has_ends=has_ends, level=level)
 
@@ -146,5 +147,4 @@ def member_label(
     if not values or not all(map(DECIMAL_NUMBER.fullmatch, values.values())):
         return Label(str(member), str(member))
     symbols = labels.symbol if symbol is None else symbol
-    pairs = [equation(symbols(n), float(text), labels.unit(n)) for n, text in values.items()]
-    return Label(", ".join(p.latex for p in pairs), ", ".join(p.plain for p in pairs))
+    return listed([equation(symbols(n), float(text), labels.unit(n)) for n, text in values.items()])

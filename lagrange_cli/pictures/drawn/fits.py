@@ -7,7 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from lagrange_cli.pictures.drawing import picture_of
-from lagrange_cli.pictures.picture import NO_LABEL, Axis, Line, Panel, Picture, axis_of, equation
+from lagrange_cli.pictures.picture import (
+    NO_LABEL,
+    Axis,
+    Line,
+    Panel,
+    Picture,
+    axis_of,
+    equation,
+    listed,
+)
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label
 from lagrange_cli.studies.fit.result import Fit, FittedColumn
@@ -17,10 +26,11 @@ from lagrange_cli.studies.fit.result import Fit, FittedColumn
 def picture_of_fit(fit: Fit, asked: str | None = None) -> Picture:
     """Draw each measured column over its residuals."""
     labels = fit.motion.labels
-    values = [equation(labels.symbol(v.name), v.value, labels.unit(v.name)) for v in fit.values]
-    caption = Label(", ".join(v.latex for v in values), ", ".join(v.plain for v in values))
+    values = listed(
+        [equation(labels.symbol(v.name), v.value, labels.unit(v.name)) for v in fit.values]
+    )
     panels = tuple(panel for column in fit.columns for panel in _panels(fit, column))
-    return Picture(labels.title or fit.name, panels, is_stacked=True, caption=caption)
+    return Picture(labels.title or fit.name, panels, is_stacked=True, caption=values)
 
 
 def _panels(fit: Fit, column: FittedColumn) -> Iterator[Panel]:
