@@ -27,6 +27,9 @@ DASHES, SYMBOLS = 5, 8
 
 _GREY, _PALE = "#b3b3b3", "#dedede"
 
+#: Dots of a line that are drawn large, since they stand alone.
+_FEW_DOTS = 100
+
 #: Lines of the longest legend.
 _LONGEST_LEGEND = 24
 
@@ -91,7 +94,8 @@ def _look(line: Line, number: int, *, is_named: bool) -> Look:
         case "band":
             return Look(_PALE, 5.0, is_named=is_named)
         case "dots":
-            return Look(colour, 0.0, 0, 0, 2.5, is_named)
+            size = 2.5 if len(line.x) <= _FEW_DOTS else 1.3
+            return Look(colour, 0.0, 0, 0, size, is_named)
         case "bars":
             return Look(colour, 0.0, 0, 0, 4.0, is_named)
         case "marked":

@@ -84,7 +84,9 @@ def _action_panel(
     if energy is not None and time is not None:
         unit = Label(rf"{energy.latex}\,{time.latex}", f"{energy.plain} {time.plain}")
     lines = tuple(_action_lines(paths, path, variations, sizes))
-    return Panel(lines, Axis(Label(r"$\varepsilon$", "ε")), Axis(name, unit))
+    x, y = Axis(Label(r"$\varepsilon$", "ε")), Axis(name, unit)
+    # The legend of the first panel is that of all.
+    return Panel(lines, x, y, has_legend=number == 1)
 
 
 def _action_lines(
