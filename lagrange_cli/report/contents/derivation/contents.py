@@ -231,7 +231,7 @@ def _motion(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts
     if form not in FORMS or "equations" not in parts:
         yield "equations", lambda: motion(writer, form)
         return
-    for written in form_sections(form, writer, writer.words, writer.noted):
+    for written in form_sections(form, writer.equations, writer.words, writer.noted):
         yield "equations", partial(_same, written)
 
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Coordinate
     from lagrange_cli.notation.vocabulary import Vocabulary
-    from lagrange_cli.report.contents.steps.writer import Writer
 
 
 def first_order_sections(writer: FormWriter) -> list[Section]:
@@ -87,14 +86,19 @@ FORMS: Mapping[str, Callable[[FormWriter], list[Section]]] = {
 
 
 def form_sections(
-    form: str, writer: Writer, words: Vocabulary, noted: Callable[[DisplayNode], DisplayNode]
+    form: str,
+    equations: Equations,
+    words: Vocabulary,
+    noted: Callable[[DisplayNode], DisplayNode],
 ) -> list[Section]:
     """Return the sections of a form of :data:`FORMS`.
 
     Parameters
     ----------
-    writer
-        Equations, letters and language.
+    form
+        Its name.
+    equations
+        The equations.
     words
         Display names of the symbols of the equations.
     noted
@@ -105,5 +109,4 @@ def form_sections(
     InputError
         Located: the equations have no such form.
     """
-    whole = FormWriter(writer.equations, writer.letters, writer.say, vocabulary=words, noted=noted)
-    return FORMS[form](whole)
+    return FORMS[form](FormWriter(equations, vocabulary=words, noted=noted))

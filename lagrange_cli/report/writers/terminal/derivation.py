@@ -212,18 +212,13 @@ def equations_in(writer: TextWriter, form: str) -> _Parts:
         yield "equations", partial(accelerations if form == "explicit" else motion, writer)
     elif "equations" in writer.parts:
         from lagrange_cli.report.contents.forms.contents import form_sections
-        from lagrange_cli.report.contents.steps.writer import Writer
         from lagrange_cli.report.tree import Law
-        from lagrange_cli.report.writers.terminal.sections import SectionRows, text_letters
+        from lagrange_cli.report.writers.terminal.sections import SectionRows
 
-        is_lowered = isinstance(writer.printer, UnicodePrinter) and writer.printer.lowered
-        is_ascii = isinstance(writer.printer, ScenePrinter)
-        letters = text_letters(ascii=is_ascii, lowered=is_lowered)
-        document = Writer(writer.equations, letters, writer.say)
-        for whole in form_sections(form, document, writer.words, writer.noted):
+        rows = SectionRows(writer.lettering, writer.printer, margin=2)
+        for whole in form_sections(form, writer.equations, writer.words, writer.noted):
             # Laws are for documents and boards.
             blocks = tuple(b for b in whole.blocks if not isinstance(b, Law))
-            rows = SectionRows(document.lettering, writer.printer, margin=2)
             yield "equations", partial(rows.section, replace(whole, blocks=blocks))
 
 

@@ -12,7 +12,6 @@ from lagrange_cli.notation.page import Row, formula, words
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.report.contents.steps.board import Sections
 from lagrange_cli.report.inlines import Lettering
-from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.tables import TableColumn, labelled, table
 from lagrange_cli.report.tree import (
     Block,
@@ -28,18 +27,12 @@ from lagrange_cli.report.tree import (
     Title,
     Verbatim,
 )
-from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 
 #: Columns before paragraphs, and before laws and labels.
 _WORDS_INDENT, _FORMULA_INDENT = 2, 4
 
 #: Labels that are longer are not aligned with the others.
 _LONGEST_LABEL = 24
-
-
-def text_letters(*, ascii: bool, lowered: bool = False) -> Letters:
-    """Return letters of a terminal; indices stand below the line if they are ``lowered``."""
-    return AsciiLetters() if ascii else UnicodeLetters(lowered=lowered)
 
 
 @dataclass(frozen=True)
