@@ -303,7 +303,7 @@ class Inline(Written):
 
 @dataclass(frozen=True)
 class Listed(Written):
-    """Parts with a text between them, as a comma.
+    """Parts with a text between them, as a comma; labels are formulas within the line.
 
     ``opens``: true if the first letter is a capital.
     """
@@ -316,13 +316,15 @@ class Listed(Written):
         return bool(self.parts)
 
     def write(self, to: Lettering) -> str:
-        text = self.between.join(map(to.text, self.parts))
+        text = self.between.join(map(to.within, self.parts))
         return text[:1].upper() + text[1:] if self.opens else text
 
 
 @dataclass(frozen=True)
 class Sentence(Written):
     """A phrase of the catalogue, or a sentence, with its parts in their places.
+
+    Labels among them are formulas within the sentence.
 
     Attributes
     ----------
@@ -340,7 +342,7 @@ class Sentence(Written):
     many: str = field(default="", kw_only=True)
 
     def write(self, to: Lettering) -> str:
-        shown = {k: p.write(to) if isinstance(p, Written) else p for k, p in self.parts}
+        shown = {k: p if isinstance(p, int) else to.within(p) for k, p in self.parts}
         if self.count is None:
             return to.say(self.english, **shown)
         return to.say.counted(self.count, self.english, self.many, **shown)
@@ -368,10 +370,9 @@ say = _Speaker()
 
 def enumerated(formulas: Sequence[Label]) -> Written:
     """Return formulas within a sentence: ``x, y and z``."""
-    inline = [Inline(formula) for formula in formulas]
-    if len(inline) < 2:
-        return Listed(tuple(inline))
-    return say("{first} and {last}", first=Listed(tuple(inline[:-1])), last=inline[-1])
+    if len(formulas) < 2:
+        return Listed(tuple(formulas))
+    return say("{first} and {last}", first=Listed(tuple(formulas[:-1])), last=formulas[-1])
 
 
 def in_parentheses(text: Text, *remarks: Text) -> Listed:
@@ -398,6 +399,11 @@ class Lettering:
     def text(self, text: Text) -> str:
         """Return words or a formula as a text; texts are in the letters of the format already."""
         return text if isinstance(text, str) else text.write(self)
+
+    def within(self, part: Text) -> str:
+        """Return a part of a sentence; a label is a formula within it."""
+        text = self.text(part)
+        return self.letters.inline(text) if isinstance(part, Label) else text
 
     def node(self, node: DisplayNode) -> DisplayNode:
         """Return a display tree whose labels are in the letters of the format."""

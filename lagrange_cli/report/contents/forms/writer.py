@@ -11,7 +11,7 @@ from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.vocabulary import Vocabulary, with_symbols
 from lagrange_cli.report.contents.steps.writer import TreeWriter
-from lagrange_cli.report.inlines import Expression, Label, Sentence, Text, say, symbol
+from lagrange_cli.report.inlines import Label, Sentence, Text, say, symbol
 from lagrange_cli.report.tree import Formula
 
 if TYPE_CHECKING:
@@ -45,10 +45,6 @@ class FormWriter(TreeWriter):
     def tree(self, expression: Expr) -> DisplayNode:
         """Return an expression as it is displayed."""
         return self.noted(display(expression, self.words))
-
-    def formula(self, expression: Expr) -> Label:
-        """Return an expression as a label, or a part of one."""
-        return Expression(self.tree(expression))
 
     def total(self, label: Text, parts: Sequence[Expr]) -> Formula:
         """``label = Σ parts``, the parts in their order; 0 without parts."""

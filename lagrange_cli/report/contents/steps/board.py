@@ -26,7 +26,6 @@ from lagrange_cli.report.contents.steps.writer import (
     start_sentence,
 )
 from lagrange_cli.report.inlines import (
-    Inline,
     Label,
     Listed,
     Written,
@@ -61,7 +60,7 @@ def conservation(writer: StepsWriter) -> Section | None:
 
 
 def _momenta(writer: StepsWriter) -> Iterator[Part]:
-    equations, whole = writer.equations, Inline(writer.labels["L"])
+    equations, whole = writer.equations, writer.labels["L"]
     conserved = {c.coordinate: c for c in equations.derivation.conserved if c.kind == "momentum"}
     absent = [
         c
@@ -85,9 +84,9 @@ def _momenta(writer: StepsWriter) -> Iterator[Part]:
         if c.name not in conserved:
             continue
         place, label = writer.coordinate(c), below("p", writer.coordinate(c))
-        slope = Inline(partial(writer.labels["L"], place) + " = 0")
+        slope = partial(writer.labels["L"], place) + " = 0"
         sentence = "{name} is cyclic, {slope}, and its momentum is conserved,"
-        yield say(sentence, name=Inline(place), slope=slope)
+        yield say(sentence, name=place, slope=slope)
         momentum = partial(writer.labels["L"], writer.coordinate(c, 1))
         row = writer.row(label, conserved[c.name].expression)
         yield formulas([replace(row, middle=momentum)], result=True)
@@ -98,7 +97,7 @@ def _momenta(writer: StepsWriter) -> Iterator[Part]:
 
 def _energy(writer: StepsWriter) -> Iterator[Part]:
     equations, labels = writer.equations, writer.labels
-    both = Inline(labels["T"] + " + " + labels["V"])
+    both = labels["T"] + " + " + labels["V"]
     conserved_energy = next(
         (c for c in equations.derivation.conserved if c.kind != "momentum"), None
     )
@@ -115,7 +114,7 @@ def _energy(writer: StepsWriter) -> Iterator[Part]:
             yield say("It changes at the rate")
             yield formulas([writer.row(rate(label), equations.derivation.balance.rate)])
         return
-    slope = Inline(partial(labels["L"], symbol("t")) + " = 0")
+    slope = partial(labels["L"], symbol("t")) + " = 0"
     clauses = [say("It is conserved, since {slope}", slope=slope)]
     if equations.system.forces or equations.system.dissipation != 0:
         clauses.append(say(" and the forces do no work"))

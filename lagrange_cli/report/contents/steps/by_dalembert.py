@@ -17,10 +17,10 @@ from lagrange_cli.report.contents.steps.writer import (
     by_body,
     sum_of,
     work,
+    work_in_coordinates,
 )
 from lagrange_cli.report.inlines import (
     NOTHING,
-    Inline,
     Label,
     Listed,
     Plain,
@@ -32,19 +32,10 @@ from lagrange_cli.report.inlines import (
     say,
     symbol,
     times,
-    total,
     vector,
     virtual,
 )
-from lagrange_cli.report.tree import (
-    Formula,
-    Law,
-    Part,
-    Section,
-    Title,
-    formulas,
-    section,
-)
+from lagrange_cli.report.tree import Formula, Law, Part, Section, Title, formulas, section
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.step_values import BodySteps
@@ -86,10 +77,10 @@ def independent(writer: StepsWriter) -> Written:
         return say(
             "The {listed} are restricted by the constraints that are kept: with a multiplier for"
             " each of these, every coefficient vanishes.",
-            listed=Inline(DISPLACED),
+            listed=DISPLACED,
         )
     sentence = "The {listed} are independent, so the coefficient of each vanishes."
-    return say(sentence, listed=Inline(DISPLACED))
+    return say(sentence, listed=DISPLACED)
 
 
 def total_work(writer: StepsWriter, force: Label, names: Sequence[str]) -> Label:
@@ -97,7 +88,7 @@ def total_work(writer: StepsWriter, force: Label, names: Sequence[str]) -> Label
     by_particles = work(force, virtual(POSITION))
     if not names:
         return by_particles
-    return by_particles + " - " + total("j", times(further_force(writer), DISPLACED))
+    return by_particles + " - " + work_in_coordinates(further_force(writer))
 
 
 def coefficient_law(
@@ -129,7 +120,7 @@ def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Written |
         "{listed} are written in coordinates and act on no particle: their inertia less"
         " force is {further}.",
         listed=Listed(tuple(map(Plain, names))),
-        further=Inline(further_force(writer)),
+        further=further_force(writer),
     )
 
 
@@ -141,7 +132,7 @@ def effective_force(writer: StepsWriter) -> Label:
 def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     place = writer.coordinate(writer.equations.system.coordinates[number])
     parts = writer.steps.balances[number]
-    yield Title(say("For {place}:", place=Inline(virtual(place))))
+    yield Title(say("For {place}:", place=virtual(place)))
     slope = partial(POSITION, place)
     rows: list[Formula] = []
     if parts.inertia != 0 or parts.work != 0:
@@ -160,7 +151,7 @@ def comparison(writer: StepsWriter) -> Section | None:
         return None
     size = say("nothing")
     if steps.difference:
-        difference = Inline(rounded(steps.difference))
+        difference = rounded(steps.difference)
         size = say("{difference} at most, relative to their terms", difference=difference)
     return section(
         say("The same by Lagrange's equations"),
@@ -178,7 +169,7 @@ def comparison(writer: StepsWriter) -> Section | None:
             " differ from the coefficients above by {size}: both ways give the same equations.",
             "Evaluated from {lagrangian} at {count} random states in {digits} digits, these"
             " differ from the coefficients above by {size}: both ways give the same equations.",
-            lagrangian=Inline(labels["L"]),
+            lagrangian=labels["L"],
             digits=writer.equations.derivation.certificate.digits,
             size=size,
         ),

@@ -8,15 +8,8 @@ from dataclasses import replace
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display_terms
 from lagrange_cli.report.contents.sentences import divisor_and_factor, multipliers_line
-from lagrange_cli.report.contents.steps.writer import (
-    PLACE,
-    SPEED,
-    StepsWriter,
-    TreeWriter,
-    sum_of,
-)
+from lagrange_cli.report.contents.steps.writer import PLACE, SPEED, StepsWriter, TreeWriter, sum_of
 from lagrange_cli.report.inlines import (
-    Inline,
     Label,
     Written,
     enumerated,
@@ -27,15 +20,7 @@ from lagrange_cli.report.inlines import (
     times,
     total,
 )
-from lagrange_cli.report.tree import (
-    Formula,
-    Law,
-    Part,
-    Section,
-    Title,
-    formulas,
-    section,
-)
+from lagrange_cli.report.tree import Formula, Law, Part, Section, Title, formulas, section
 
 
 def constraints(writer: StepsWriter) -> Section | None:
@@ -106,7 +91,7 @@ def _coordinate(writer: StepsWriter, number: int) -> Iterator[Part]:
     place, speed = writer.coordinate(coordinate), writer.coordinate(coordinate, 1)
     steps = writer.steps.coordinates[number]
     momentum = partial(labels["L"], speed)
-    yield Title(say("For {place}:", place=Inline(place)))
+    yield Title(say("For {place}:", place=place))
     rows = [
         writer.row(momentum, steps.momentum),
         writer.row(rate(momentum), steps.momentum_rate),
@@ -127,7 +112,7 @@ def equation(writer: StepsWriter, number: int) -> Iterator[Part]:
         whole = replace(shown, terms=writer.steps.coordinates[number].terms)
         yield formulas([Formula("", (display_terms(whole, writer.words),))])
     if divisor is not None:
-        yield say("and, divided by {factor},", factor=writer.inline(divisor))
+        yield say("and, divided by {factor},", factor=writer.formula(divisor))
     elif factor is not None:
-        yield say("and, multiplied by {factor},", factor=writer.inline(factor))
+        yield say("and, multiplied by {factor},", factor=writer.formula(factor))
     yield formulas([Formula("", (display_terms(shown, writer.words),))], result=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import sympy
@@ -19,44 +20,29 @@ from lagrange_cli.report.contents.steps.by_dalembert import (
     total_work,
 )
 from lagrange_cli.report.contents.steps.writer import (
-    DISPLACED,
     INERTIA,
     POSITION,
     StepsWriter,
     work,
+    work_in_coordinates,
 )
 from lagrange_cli.report.document_options import MOST_LISTED
 from lagrange_cli.report.inlines import (
     AT_MOST,
     NOTHING,
-    Expression,
-    Inline,
-    Label,
     below,
     enumerated,
-    joined,
     partial,
     say,
     symbol,
-    times,
-    total,
     virtual,
 )
-from lagrange_cli.report.tree import (
-    Formula,
-    Formulas,
-    Law,
-    Part,
-    Section,
-    Title,
-    formulas,
-    section,
-)
+from lagrange_cli.report.tree import Formula, Formulas, Law, Part, Section, Title, formulas, section
 
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.analysis.values import Equilibrium, Existence
+    from lagrange_cli.analysis.values import Equilibrium
 
 
 def principle(writer: StepsWriter) -> Section | None:
@@ -74,7 +60,7 @@ def principle(writer: StepsWriter) -> Section | None:
     else:
         law, force = total_work(writer, writer.applied, names), symbol("Q_j")
         if not names:
-            law += " = " + total("j", times(force, DISPLACED))
+            law += " = " + work_in_coordinates(force)
         text = say(
             "A system stays at rest if the applied forces do no work in the virtual"
             " displacements that the constraints allow; constraint forces do none:"
@@ -99,7 +85,7 @@ def _at_rest(writer: StepsWriter, expression: Expr) -> Expr:
 def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     place = writer.coordinate(writer.equations.system.coordinates[number])
     parts = writer.steps.balances[number]
-    yield Title(say("For {place}:", place=Inline(virtual(place))))
+    yield Title(say("For {place}:", place=virtual(place)))
     slope = partial(POSITION, place)
     worked, moved, further = (
         _at_rest(writer, e) for e in (parts.work, parts.inertia, parts.coordinates)
@@ -155,52 +141,45 @@ def equilibrium(writer: StepsWriter) -> Section | None:
 
 def _solutions(writer: StepsWriter, points: Sequence[Equilibrium]) -> Iterator[Part]:
     """Write equilibria with *or* between them; values of one coordinate alone stand together."""
-    pending: list[Formula] = []
-    for number, point in enumerate(points):
-        blocks = list(_solution(writer, point))
-        rows = [row for block in blocks if isinstance(block, Formulas) for row in block.rows]
-        if len(blocks) == len(rows) == 1:
-            if number and not pending:
-                yield say("or")
-            pending += rows
-            continue
-        if pending:
-            yield formulas(pending, result=True)
+    alternatives: list[list[Part]] = []
+    for is_value, solutions in groupby([_solution(writer, point) for point in points], _is_value):
+        if is_value:
+            blocks = (block for solution in solutions for block in solution)
+            rows = [row for block in blocks if isinstance(block, Formulas) for row in block.rows]
+            alternatives.append([formulas(rows, result=True)])
+        else:
+            alternatives += solutions
+    for number, solution in enumerate(alternatives):
         if number:
             yield say("or")
-        yield from blocks
-        pending = []
-    if pending:
-        yield formulas(pending, result=True)
+        yield from solution
 
 
-def _solution(writer: StepsWriter, point: Equilibrium) -> Iterator[Part]:
+def _is_value(solution: Sequence[Part]) -> bool:
+    """Say whether an equilibrium is the value of one coordinate."""
+    block, *others = solution
+    return not others and isinstance(block, Formulas) and len(block.rows) == 1
+
+
+def _solution(writer: StepsWriter, point: Equilibrium) -> list[Part]:
     """Write one equilibrium: values of coordinates, and the law under which others are any."""
     pairs = list(zip(writer.equations.system.coordinates, point.exact or (), strict=True))
     free = [writer.coordinate(c) for c, _ in pairs if c.name in point.free]
-    laws = [c for c in point.conditions if c.relation == "="]
     rows = [writer.row(writer.coordinate(c), e) for c, e in pairs if c.name not in point.free]
-    law_rows = [_law(writer, law) for law in laws]
+    laws: list[Formula] = []
+    bounds: list[Part] = []
+    for condition in point.conditions:
+        smaller, larger = writer.formula(condition.smaller), writer.formula(condition.larger)
+        if condition.relation == "=":
+            laws.append(writer.row(smaller, condition.larger))
+        else:
+            bounds.append(Law(smaller + " " + AT_MOST + " " + larger))
+    blocks: list[Part] = [formulas(rows, result=True)]
     if free:
         names = enumerated(free)
         any_of = say("any {names}", names=names)
-        yield Title(say("any {names} where", names=names) if rows or laws else any_of)
-        yield formulas([*rows, *law_rows], result=True)
-    else:
-        yield formulas(rows, result=True)
-        if law_rows:
-            yield say("where")
-            yield formulas(law_rows, result=True)
-    bounds = [c for c in point.conditions if c.relation != "="]
-    if bounds:
-        yield say("provided that")
-        yield from (Law(_bound(writer, c)) for c in bounds)
-
-
-def _law(writer: StepsWriter, law: Existence) -> Formula:
-    return writer.row(Expression(writer.tree(law.smaller)), law.larger)
-
-
-def _bound(writer: StepsWriter, bound: Existence) -> Label:
-    sides = [Expression(writer.tree(e)) for e in (bound.smaller, bound.larger)]
-    return joined(" " + AT_MOST + " ", sides)
+        heading = Title(say("any {names} where", names=names) if rows or laws else any_of)
+        blocks = [heading, formulas([*rows, *laws], result=True)]
+    elif laws:
+        blocks += [say("where"), formulas(laws, result=True)]
+    return [*blocks, say("provided that"), *bounds] if bounds else blocks

@@ -12,17 +12,16 @@ from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.labels import has_kinetic_energy
 from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.contents.steps.writer import (
-    DISPLACED,
     PLACE,
     POSITION,
     StepsWriter,
     is_own_coordinate,
     sum_of,
     work,
+    work_in_coordinates,
 )
 from lagrange_cli.report.inlines import (
     WORK,
-    Inline,
     Plain,
     below,
     named,
@@ -31,18 +30,9 @@ from lagrange_cli.report.inlines import (
     square,
     symbol,
     times,
-    total,
     virtual,
 )
-from lagrange_cli.report.tree import (
-    Formula,
-    Law,
-    Part,
-    Section,
-    Title,
-    formulas,
-    section,
-)
+from lagrange_cli.report.tree import Formula, Law, Part, Section, Title, formulas, section
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -109,8 +99,8 @@ def lagrangian(writer: StepsWriter) -> Section | None:
         idle = say(
             "{terms} in {lagrangian} holds no coordinate and no velocity: it changes no equation"
             " of motion.",
-            terms=writer.inline(short.left_out),
-            lagrangian=Inline(writer.labels["L"]),
+            terms=writer.formula(short.left_out),
+            lagrangian=writer.labels["L"],
         )
     return section(say("Lagrangian"), formulas([lagrangian_row(writer)], result=True), idle)
 
@@ -145,7 +135,7 @@ def generalized_forces(writer: StepsWriter) -> Section | None:
 
 def _virtual_work(writer: StepsWriter) -> Iterator[Part]:
     """δW = Σ F·δr = Σ Q δq, as far as there are forces on particles."""
-    by_coordinates = total("j", times(symbol("Q_j"), DISPLACED))
+    by_coordinates = work_in_coordinates(symbol("Q_j"))
     if not any(_acts_on_body(writer, force) for force in writer.steps.forces):
         yield Law(WORK + " = " + by_coordinates)
         return
@@ -160,7 +150,7 @@ def _acts_on_body(writer: StepsWriter, force: ForceSteps) -> bool:
 
 def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Part]:
     on_body = _acts_on_body(writer, force)
-    on = Plain(force.on) if on_body else Inline(writer.cartesian(force.on))
+    on = Plain(force.on) if on_body else writer.cartesian(force.on)
     yield Title(say("The force {name} on {place}:", name=Plain(force.name), place=on))
     parts = {p.name: dict(p.partials) for b in writer.steps.bodies for p in b.components}
     rows = []
@@ -204,5 +194,6 @@ def _torques(writer: StepsWriter) -> Iterator[Part]:
     acted_on = {q for force in writer.steps.forces for q, _ in force.generalized}
     for c in writer.equations.system.coordinates:
         if c.q in acted_on and dimensions.get(c.name) == "rad":
-            angle, force = Inline(writer.coordinate(c)), Inline(below("Q", writer.coordinate(c)))
+            angle = writer.coordinate(c)
+            force = below("Q", angle)
             yield say("{force} is a torque: {q} is an angle.", force=force, q=angle)

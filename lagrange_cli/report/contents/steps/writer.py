@@ -102,9 +102,13 @@ class TreeWriter:
     def coordinate(self, coordinate: Coordinate, order: int = 0) -> Label:
         return symbol(coordinate.name, order, coordinate.latex)
 
+    def formula(self, expression: Expr) -> Label:
+        """Return an expression as a label, or a part of one."""
+        return Expression(self.tree(expression))
+
     def inline(self, expression: Expr) -> Inline:
         """Return an expression within a sentence."""
-        return Inline(Expression(self.tree(expression)))
+        return Inline(self.formula(expression))
 
     # -- rows -----------------------------------------------------------------------
 
@@ -255,30 +259,28 @@ class StepsWriter(TreeWriter):
 
     def factor(self, expression: Expr) -> Label:
         """Return an expression as a factor of a label."""
-        node = self.tree(expression)
-        return group(Expression(node)) if isinstance(node, DisplaySum) else Expression(node)
+        is_sum = isinstance(self.tree(expression), DisplaySum)
+        return group(self.formula(expression)) if is_sum else self.formula(expression)
 
 
-def start_sentence(
-    writer: TreeWriter, letter: Callable[[Conserved], Label | str]
-) -> Paragraph | None:
+def start_sentence(writer: TreeWriter, letter: Callable[[Conserved], Label]) -> Paragraph | None:
     """Give conserved quantities at a start that the scene writes in its parameters."""
     values = tuple(
-        Inline(letter(quantity) + " = " + Expression(writer.tree(value)))
+        letter(quantity) + " = " + writer.formula(value)
         for quantity, value in conserved_at_start(writer.equations)
     )
     return Paragraph(say("At the start {values}.", values=Listed(values))) if values else None
 
 
 def angular_momentum_sentence(
-    writer: TreeWriter, quantity: Conserved, letter: Label | str
+    writer: TreeWriter, quantity: Conserved, letter: Label
 ) -> Paragraph | None:
     """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
     axis = angular_momentum_axis(writer.equations, quantity)
     if axis is None:
         return None
     sentence = "{momentum} is the angular momentum about the {axis} axis."
-    return Paragraph(say(sentence, momentum=Inline(letter), axis=Inline(axis)))
+    return Paragraph(say(sentence, momentum=letter, axis=Inline(axis)))
 
 
 def displacement(coordinate: Coordinate) -> Symbol:
@@ -299,6 +301,11 @@ def sum_of(terms: Iterable[Label | str]) -> Label:
 def work(force: Label, along: Label) -> Label:
     """``Σ_i F_i · δr_i``, or along ∂r_i/∂q_j."""
     return total("i", force + DOT + along)
+
+
+def work_in_coordinates(force: Label) -> Label:
+    """``Σ_j Q_j δq_j``."""
+    return total("j", times(force, DISPLACED))
 
 
 def by_body(
