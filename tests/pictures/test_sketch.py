@@ -518,6 +518,33 @@ def test_an_unknown_potential_is_no_obstacle_and_an_unknown_curve_is():
         sketch_of(loads(UNKNOWN.replace("CURVE", "f(x)"), file="it.yaml").derive().equations)
 
 
+SINGULAR_PLACES = """
+name: singular
+parameters: {R: 0.5, g: 9.81}
+plane: xz
+particles:
+  b: {mass: 1, position: ["x^(1/3)", 0, z]}
+  c: {mass: 1, position: [x + R*sin(th), 0, z + R*cos(th)]}
+points: {o: [POINT, 0, 0]}
+coordinates: [x, z, th]
+potentials: {w: {gravity: g}}
+initial: {x: 0, z: 0, th: 0}
+"""
+
+
+@pytest.mark.parametrize("point", ["0", "x^(1/3)", "1e400*x"])
+def test_places_without_a_derivative_at_the_start_are_drawn(point):
+    scene = loads(SINGULAR_PLACES.replace("POINT", point), file="it.yaml")
+    assert [dot.kind for dot in sketch_of(scene.derive().equations).dots].count("mass") == 2
+
+
+@pytest.mark.parametrize("point", ["log(x)", "1/x", "1e400"])
+def test_a_body_that_is_nowhere_at_the_start_is_refused(point):
+    scene = loads(SINGULAR_PLACES.replace("POINT", point), file="it.yaml")
+    with pytest.raises(InputError, match="position of 'o' is not real here, or too large"):
+        sketch_of(scene.derive().equations)
+
+
 @pytest.mark.slow
 def test_too_many_bodies_are_refused(monkeypatch):
     assert MOST_BODIES == 400

@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.depiction import MOST_BODIES
 from lagrange_cli.mechanics.free_symbols import require_given, unknown_names
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
+from lagrange_cli.mechanics.symbols.quoting import quoted
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,6 +38,8 @@ _NEARBY = 9
 #: distance of neighbours.
 _FARTHEST = 0.35
 _DIGITS = 20
+#: Largest number that a picture is made of: squares of such numbers are doubles.
+_LARGEST = 1e150
 
 
 class Function:
@@ -48,22 +51,81 @@ class Function:
         self._tape = Tape([sympy.sympify(e) for e in outputs], inputs)
 
     def __call__(self, numbers: Sequence[float]) -> Array:
-        """Evaluate at numbers, one for each input; raises DomainError where it is not real."""
+        """Evaluate at numbers, one for each input.
+
+        Raises
+        ------
+        DomainError
+            A value is not real there, or too large for a picture.
+        """
         with mpmath.workdps(_DIGITS):
-            return np.array([float(x) for x in self._run(numbers).values])
+            values = np.array([float(x) for x in self._run(numbers, 0).values])
+        if not (np.abs(values) <= _LARGEST).all():
+            raise DomainError
+        return values
 
     def with_gradient(self, numbers: Sequence[float]) -> tuple[float, Array]:
         """Evaluate the first output, and differentiate it by the inputs."""
         gradient = np.zeros(len(numbers))
         with mpmath.workdps(_DIGITS):
-            run = self._run(numbers)
+            run = self._run(numbers, 1)
             for number, slope in run.partials(0).items():
                 gradient[number] = float(slope)
             return float(run.values[0]), gradient
 
-    def _run(self, numbers: Sequence[float]) -> TapeRun:
+    def _run(self, numbers: Sequence[float], order: int) -> TapeRun:
         zero = mpmath.mpf(0)
-        return self._tape.run([(mpmath.mpf(float(x)), zero, zero) for x in numbers], order=1)
+        return self._tape.run([(mpmath.mpf(float(x)), zero, zero) for x in numbers], order)
+
+
+class Places:
+    """Positions of bodies as functions of coordinates, time and parameters.
+
+    Parameters
+    ----------
+    bodies
+        Particles and points.
+    coordinates
+        Coordinates and time, as symbols.
+    values
+        Values of parameters.
+    """
+
+    def __init__(
+        self, bodies: _Bodies, coordinates: Sequence[Symbol], values: Mapping[Symbol, float]
+    ) -> None:
+        self._bodies, self._values, self._inputs = bodies, values, [*coordinates, *values]
+        self._positions = Function([e for body in bodies for e in body.position], self._inputs)
+
+    def at(self, q: Array, t: float, values: Mapping[Symbol, float] | None = None) -> Array:
+        """Return positions, shape (bodies, 3); raises DomainError as :class:`Function` does."""
+        return self._positions(self._numbers(q, t, values or {})).reshape(-1, 3)
+
+    def _numbers(self, q: Array, t: float, others: Mapping[Symbol, float]) -> list[float]:
+        return [*q, t, *{**self._values, **others}.values()]
+
+    def drawn(self, q: Array, t: float) -> Array:
+        """Return positions, shape (bodies, 3).
+
+        Raises
+        ------
+        InputError
+            A body has no place there that could be drawn.
+        """
+        try:
+            return self.at(q, t)
+        except DomainError:
+            names = [b.name for b in self._bodies if not self._has_place(b, q, t)]
+            message = f"the position of {quoted(names)} is not real here, or too large to draw"
+            hint = "a picture shows the start: give another one in 'initial'"
+            raise _refusal(message, hint) from None
+
+    def _has_place(self, body: ParticleMotion | PlacedPoint, q: Array, t: float) -> bool:
+        try:
+            Function(body.position, self._inputs)(self._numbers(q, t, {}))
+        except DomainError:
+            return False
+        return True
 
 
 @dataclass(frozen=True)
@@ -96,7 +158,7 @@ class Configurations:
     times: Array
     places: Array
     is_given: bool
-    _positions: Function
+    _places: Places
 
     @property
     def particles(self) -> int:
@@ -108,9 +170,12 @@ class Configurations:
         return size_of(self.places[0])
 
     def moved(self, q: Array, t: float, values: Mapping[Symbol, float] | None = None) -> Array:
-        """Return the positions of the bodies, shape (bodies, 3)."""
-        numbers = {**self.values, **(values or {})}
-        return self._positions([*q, t, *(numbers[s] for s in self.values)]).reshape(-1, 3)
+        """Return positions, shape (bodies, 3); raises DomainError as :class:`Function` does."""
+        return self._places.at(q, t, values)
+
+    def drawn(self, q: Array) -> Array:
+        """Return positions at the time of the start; raises InputError as :class:`Places` does."""
+        return self._places.drawn(q, float(self.times[0]))
 
     def slopes(self, number: int) -> Array:
         """Return ∂r/∂q of all bodies by one coordinate, shape (K, bodies, 3)."""
@@ -179,7 +244,7 @@ def configurations(equations: Equations) -> Configurations:
     ------
     InputError
         There are no particles and no points, or too many, or no configuration is known, or an
-        unknown function says where something is.
+        unknown function says where something is, or something is nowhere at the start.
     """
     depiction = _depiction(equations)
     placing = frozenset[str]().union(*map(unknown_names, _placing(equations, depiction)))
@@ -191,14 +256,10 @@ def configurations(equations: Equations) -> Configurations:
     values, q = start
     t = float(equations.system.simulate.start)
     bodies: _Bodies = (*equations.system.particles, *depiction.points)
-    inputs = [*(c.q for c in equations.system.coordinates), equations.system.t, *values]
-    positions = Function([entry for body in bodies for entry in body.position], inputs)
-
-    def places(q: Array, t: float) -> Array:
-        return positions([*q, t, *values.values()]).reshape(-1, 3)
-
-    size = size_of(places(q, t))
-    states = [(q, t, places(q, t)), *_nearby(equations, values, q, t, size, places)]
+    coordinates = [*(c.q for c in equations.system.coordinates), equations.system.t]
+    places = Places(bodies, coordinates, values)
+    first = places.drawn(q, t)
+    states = [(q, t, first), *_nearby(equations, values, q, t, size_of(first), places.at)]
     return Configurations(
         equations,
         depiction,
@@ -208,7 +269,7 @@ def configurations(equations: Equations) -> Configurations:
         np.array([state[1] for state in states]),
         np.array([state[2] for state in states]),
         equations.system.initial is not None,
-        positions,
+        places,
     )
 
 

@@ -105,7 +105,7 @@ class RestingSketch:
     def _with(self, shown: Sequence[Array]) -> Configurations:
         """Return configurations that begin with some, those near the start behind them."""
         around = self._around
-        places = [around.moved(q, self._time) for q in shown]
+        places = [around.drawn(q) for q in shown]
         return replace(
             around,
             q=np.concatenate([shown, around.q]),
@@ -117,10 +117,7 @@ class RestingSketch:
         """Return how far the fastest particle moves for a unit of a displacement, over the extent
         of the system."""
         step = 1e-4 / max(1e-300, float(np.abs(direction).max()))
-        places = [
-            self._around.moved(self._rest + part * step * direction, self._time)
-            for part in (-1, 0, 1)
-        ]
+        places = [self._around.drawn(self._rest + part * step * direction) for part in (-1, 0, 1)]
         across = np.linalg.norm(places[2] - places[0], axis=1)[: self._around.particles]
         return float(across.max()) / (2 * step) / size_of(places[1])
 

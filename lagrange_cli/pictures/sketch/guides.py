@@ -255,7 +255,10 @@ def _is_driven(known: Findings, particle: int) -> bool:
     if not configurations.equations.derivation.facts.rheonomic:
         return False
     ends = [link.ends for link in known.links if link.kind == "rod" and particle in link.ends]
-    later = configurations.moved(configurations.q[0], float(configurations.times[0]) + 0.137)
+    try:
+        later = configurations.moved(configurations.q[0], float(configurations.times[0]) + 0.137)
+    except DomainError:
+        return False
     for a, b in ends:
         partner = a if b == particle else b
         if known.is_fixed(partner):

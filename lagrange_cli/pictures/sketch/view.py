@@ -28,16 +28,25 @@ def gravity(configurations: Configurations) -> Array | None:
     A potential is a weight if it is −m a·r of one or more particles of mass m, with the same a for
     all of them, and the parameters in a are not those in masses.
     """
-    potentials = [potential for _, potential in configurations.depiction.potentials]
-    fields = [field for v in potentials for field in _of_names(configurations, v)]
-    if not fields and potentials:
-        moments = _moments(configurations)
-        fields = [field for v in potentials for field in _of_motion(configurations, v, moments)]
+    try:
+        fields = _fields(configurations)
+    except DomainError:
+        return None
     if not fields:
         return None
     size = np.linalg.norm(fields[0])
     alike = all(np.abs(field - fields[0]).max() <= _SAME * size for field in fields)
     return fields[0] if alike and size > 0 else None
+
+
+def _fields(configurations: Configurations) -> list[Array]:
+    """Return accelerations of all potentials that are weights; raises DomainError as they do."""
+    potentials = [potential for _, potential in configurations.depiction.potentials]
+    fields = [field for v in potentials for field in _of_names(configurations, v)]
+    if fields or not potentials:
+        return fields
+    moments = _moments(configurations)
+    return [field for v in potentials for field in _of_motion(configurations, v, moments)]
 
 
 def _of_names(configurations: Configurations, potential: Expr) -> list[Array]:

@@ -141,6 +141,15 @@ def _with_a_body_on_the_rim(configurations: Configurations) -> Iterator[Wheel]:
 
 def _rim_wheel(configurations: Configurations, centre: int, rim: int, number: int) -> Wheel | None:
     """Tell whether a body goes round a particle as the rim of a wheel that rolls straight on."""
+    try:
+        return _rolling_rim(configurations, centre, rim, number)
+    except DomainError:
+        return None
+
+
+def _rolling_rim(
+    configurations: Configurations, centre: int, rim: int, number: int
+) -> Wheel | None:
     spokes = configurations.places[:, rim] - configurations.places[:, centre]
     radius = float(np.linalg.norm(spokes[0]))
     size = _size_of_spoke(configurations, centre, rim, radius)
