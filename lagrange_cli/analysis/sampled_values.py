@@ -37,8 +37,11 @@ IN_DOUBLES = {name: getattr(np, name) for name in PROGRAM_FUNCTIONS.keys() - _OT
 
 
 def double(value: Any) -> np.float64:
-    """Return a double that divides by zero as arrays do, without an exception."""
-    return np.float64(float(value))
+    """Return a double that divides by zero and overflows as arrays do, without an exception."""
+    try:
+        return np.float64(float(value))
+    except OverflowError:
+        return np.float64(np.inf if value > 0 else -np.inf)
 
 
 #: States drawn for each wanted one: at some an expression is not real.

@@ -6,7 +6,9 @@ import json
 import math
 
 import pytest
+import sympy as sp
 
+from lagrange_cli.analysis.equilibria.single_equation import real_roots
 from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
 from tests.cli.terminal import succeed
@@ -321,6 +323,30 @@ initial: {x: 1}
     assert [p.free for p in anywhere.equilibria.points] == [("x",)]
     there = analyzed(scene, parameters={"b": 2})
     assert [p.free for p in there.equilibria.points] == [()]
+
+
+@pytest.mark.parametrize("size", ["1e400", "-1e400"])
+def test_numbers_beyond_doubles_are_searched_without_an_end_in_overflow(size):
+    scene = """\
+parameters: {k: 2, l: 0.5}
+plane: xz
+particles: {b: {mass: 1, position: [x, 0, z]}}
+points: {o: [SIZE, 0, 0]}
+coordinates: [x, z]
+potentials: {v: k*x^2/2, c: {spring: [o, b], stiffness: 3, length: l}}
+initial: {x: 0.3, z: 0.2}
+"""
+    found = analyzed(scene.replace("SIZE", size), "equilibria").equilibria
+    assert found.points == ()
+    assert not found.complete
+
+
+def test_an_unknown_that_cancels_beyond_the_budget_of_polynomials_is_not_solved_for():
+    x, k = sp.symbols("x k", real=True)
+    long = k * sp.Integer(10) ** 400
+    assert real_roots(k * (x + 3) + long - k * x, x, is_angle=False) is None
+    (root,) = real_roots(k * (x + 3) + long - 2 * k * x, x, is_angle=False).roots
+    assert sp.simplify(root.value - 3 - 10**400) == 0
 
 
 def test_pendulum_in_cartesian_coordinates_has_forces_of_its_rod():

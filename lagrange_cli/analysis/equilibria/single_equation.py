@@ -181,8 +181,13 @@ def _of_first_degree(linear: sp.Poly) -> RootSet:
 
 
 def _polynomial(factor: sp.Expr, unknown: sp.Symbol) -> RootSet | None:
-    """Solve an equation of first or second degree, of second degree in u², or u^n = c."""
+    """Solve an equation of first or second degree, of second degree in u², or u^n = c.
+
+    None for one in which the unknown cancels, as it may beyond the budget of polynomials.
+    """
     powers = {d: c for (d,), c in sp.Poly(factor, unknown).terms()}
+    if max(powers) == 0:
+        return None
     divisors = (powers[max(powers)],)
     if set(powers) <= {0, 1}:
         return RootSet((Root(cancelled(-powers.get(0, sp.S.Zero) / powers[1])),), divisors)
