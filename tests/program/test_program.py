@@ -187,6 +187,12 @@ def test_small_integer_powers_never_call_pow():
         assert count_operations(program).calls == 0, power
 
 
+@pytest.mark.parametrize("constant", [sp.exp(-(sp.Integer(10) ** 18)), sp.exp(sp.exp(-60) - 10**9)])
+def test_constants_beyond_all_fractions_are_calls(constant):
+    program = build_program(one_coordinate(x + constant), ["positions"])
+    assert count_operations(program).calls > 0
+
+
 def test_functions_of_one_argument_are_called_once():
     angles = [sp.sin(x), sp.cos(x), sp.sin(x) ** 2, x * sp.cos(x), sp.cos(-x) + sp.sin(x) * x]
     assert count(*angles).calls == 2

@@ -44,6 +44,10 @@ _LARGEST_MULTIPLIED_POWER = 64
 #: Decimal digits to which irrational constants are evaluated.
 _CONSTANT_DIGITS = 50
 
+#: Largest exponent of two of an irrational constant that is written as a fraction: the fraction of
+#: exp(-1e18) has more digits than a memory holds, and a call of exp gives 0.
+_LARGEST_EXPONENT = 2**16
+
 #: SymPy functions and the name each has in a program.
 _CALLS: dict[object, str] = {function: name for name, function in SYMPY_FUNCTIONS.items()}
 
@@ -231,14 +235,16 @@ class ValueGraph:
     def _convert_known(self, e: Expr) -> ScaledNode:
         """Convert an expression whose arguments are converted."""
         known = self._known
-        if e.is_Number or e.is_NumberSymbol:
-            return _constant(e), ONE
+        if e.is_Number:
+            return _exact(e), ONE
         if e.is_Add:
             return self.add(known[a] for a in e.args)
         if e.is_Mul:
             return self.multiply(f for a in e.args for f in self._factors(a))
-        if e.args and all(known[a][1] == ONE for a in _arguments(e)):
-            return _constant(e), ONE
+        if e.is_NumberSymbol or (e.args and all(known[a][1] == ONE for a in _arguments(e))):
+            constant = _constant(e)
+            if constant is not None:
+                return constant, ONE
         if e.is_Pow:
             return self._power(e.base, e.exp)
         return self._function(e)
@@ -259,7 +265,7 @@ class ValueGraph:
         twice = 2 * exponent
         if not (twice.is_Integer and abs(exponent) <= _LARGEST_MULTIPLIED_POWER):
             if exponent.is_Rational:
-                return self.call("pow", value, (_constant(exponent), ONE))
+                return self.call("pow", value, (_exact(exponent), ONE))
             return self.call("pow", value, self._known[exponent])
         whole, half = divmod(abs(int(twice)), 2)
         sign = 1 if exponent > 0 else -1
@@ -305,15 +311,23 @@ def _arguments(e: Expr) -> tuple[Expr, ...]:
     return tuple(e.args)
 
 
-def _constant(e: Expr) -> Coefficient:
-    """A constant expression as a fraction, exact if it is rational."""
-    if e.is_Rational:
-        return quotient(int(e.p), int(e.q))
-    number = e if e.is_Float else e.evalf(_CONSTANT_DIGITS)
-    if not (number.is_Float and number.is_finite):
-        raise _unprintable(f"the constant {e}")
+def _exact(number: Expr) -> Coefficient:
+    """Write a number as a fraction."""
+    if not number.is_finite:
+        raise _unprintable(f"the constant {number}")
     exact = sympy.Rational(number)
     return quotient(int(exact.p), int(exact.q))
+
+
+def _constant(e: Expr) -> Coefficient | None:
+    """Evaluate a constant expression; None for one whose fraction is too long."""
+    number = e.evalf(_CONSTANT_DIGITS)
+    if not number.is_Float:
+        raise _unprintable(f"the constant {e}")
+    _, mantissa, exponent, _ = number._mpf_
+    if mantissa and abs(exponent) > _LARGEST_EXPONENT:
+        return None
+    return _exact(number)
 
 
 def _unprintable(what: str) -> InternalError:
