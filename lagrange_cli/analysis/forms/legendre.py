@@ -21,7 +21,7 @@ import sympy as sp
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.factor import factored, group_by_velocities, grouped_sum, tidy
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, has_more_nodes, term_count
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient
@@ -40,6 +40,9 @@ _LARGEST_BLOCK = 3
 _LONGEST = 90
 #: Terms that a sum may be multiplied out to.
 _TERM_BUDGET = 60
+#: Nodes of an entry on the way to an inverse, and terms that it is multiplied out to: beyond them
+#: hours pass. Entries of shipped scenes have up to 700 nodes and 50 terms.
+_MOST_NODES, _MOST_TERMS = 1_000, 1_000
 
 Rows = Sequence[Mapping[int, sp.Expr]]
 
@@ -201,8 +204,15 @@ def inverse_form(
     n = len(matrix)
     if n > _LARGEST_BLOCK:
         return None
-    ways = [_by_cramers_rule(matrix, w)] if n > 1 else []
-    ways += [_by_elimination(matrix, w, order, constants) for order in _orders(matrix)]
+    if any(
+        has_more_nodes(e, _MOST_NODES) for e in (*w, *(e for row in matrix for e in row.values()))
+    ):
+        return None
+    try:
+        ways = [_by_cramers_rule(matrix, w)] if n > 1 else []
+        ways += [_by_elimination(matrix, w, order, constants) for order in _orders(matrix)]
+    except _LongError:
+        return None
     solved = [way for way in ways if way is not None]
     if not solved:
         return None
@@ -211,6 +221,17 @@ def inverse_form(
     if any(printed_length(e) > _LONGEST for e in (form, *solution)):
         return None
     return form, solution
+
+
+class _LongError(Exception):
+    """An entry is beyond the budgets."""
+
+
+def _multiplied_out(entry: sp.Expr) -> sp.Expr:
+    """Multiply an entry out; raises :class:`_LongError` for one beyond the budgets."""
+    if has_more_nodes(entry, _MOST_NODES) or term_count(entry) > _MOST_TERMS:
+        raise _LongError
+    return sp.expand_mul(entry)
 
 
 def _orders(matrix: Rows) -> list[list[int]]:
@@ -223,13 +244,19 @@ def _orders(matrix: Rows) -> list[list[int]]:
 def _by_elimination(
     matrix: Rows, w: Sequence[sp.Expr], order: Sequence[int], constants: frozenset[sp.Symbol]
 ) -> tuple[sp.Expr, list[sp.Expr]] | None:
-    """Compute Σ y²/d by A = L D Lᵀ and y = L⁻¹ w in an order of rows; None if a pivot is 0."""
+    """Compute Σ y²/d by A = L D Lᵀ and y = L⁻¹ w in an order of rows; None if a pivot is 0.
+
+    Raises :class:`_LongError` as :func:`_multiplied_out` does.
+    """
     remainder = {(i, j): entry for i, row in enumerate(matrix) for j, entry in row.items()}
     y = [*w]
     pivots: dict[int, sp.Expr] = {}
     slopes: dict[int, dict[int, sp.Expr]] = {}
     for place, k in enumerate(order):
-        d = compact(remainder.get((k, k), sp.S.Zero), constants)
+        pivot = remainder.get((k, k), sp.S.Zero)
+        if has_more_nodes(pivot, _MOST_NODES):
+            raise _LongError
+        d = compact(pivot, constants)
         if d == 0:
             return None
         later = [i for i in order[place + 1 :] if remainder.get((i, k), 0) != 0]
@@ -238,7 +265,7 @@ def _by_elimination(
             y[i] = shortened(y[i] - slopes[k][i] * y[k])
             for j in later:
                 entry = remainder.get((i, j), sp.S.Zero) - slopes[k][i] * remainder[k, j]
-                remainder[i, j] = shortened(sp.expand_mul(entry))
+                remainder[i, j] = shortened(_multiplied_out(entry))
     form = sp.Add(*(_square(y[k], pivots[k]) for k in order))
     solution = [sp.S.Zero] * len(matrix)
     for k in reversed(order):
@@ -268,13 +295,16 @@ def _one_factor(y: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _by_cramers_rule(matrix: Rows, w: Sequence[sp.Expr]) -> tuple[sp.Expr, list[sp.Expr]] | None:
-    """Compute both over the determinant; None if that is 0 or a numerator is long."""
+    """Compute both over the determinant; None if that is 0 or a numerator is long.
+
+    Raises :class:`_LongError` as :func:`_multiplied_out` does.
+    """
     n = len(matrix)
     dense = sp.Matrix(n, n, lambda i, j: matrix[i].get(j, 0))
-    determinant = shortened(sp.expand_mul(dense.det(method="berkowitz")))
+    determinant = shortened(_multiplied_out(dense.det(method="berkowitz")))
     if determinant == 0:
         return None
-    adjugate = dense.adjugate(method="berkowitz").applyfunc(lambda e: shortened(sp.expand_mul(e)))
+    adjugate = dense.adjugate(method="berkowitz").applyfunc(lambda e: shortened(_multiplied_out(e)))
     dummies = sp.symbols(f"w0:{n}", real=True, cls=sp.Dummy)
     back = dict(zip(dummies, w, strict=True))
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, islice
 
 import sympy as sp
 
@@ -33,6 +33,11 @@ _DEGREE = 128
 
 #: Functions that are unknowns of their own, as SymPy's algorithms have it.
 _UNKNOWN_FUNCTIONS = (sp.sin, sp.cos, sp.sinh, sp.cosh)
+
+
+def has_more_nodes(expr: sp.Expr, nodes: int) -> bool:
+    """Tell whether an expression has more than so many nodes; it is walked no further."""
+    return any(True for _ in islice(sp.preorder_traversal(expr), nodes, None))
 
 
 def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:

@@ -13,6 +13,7 @@ from lagrange_cli.mechanics.algebra.polynomials import (
     common_divisor,
     expand_terms,
     factored_form,
+    has_more_nodes,
     term_count,
 )
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
@@ -20,6 +21,9 @@ from lagrange_cli.mechanics.algebra.printed_length import printed_length
 # Budgets that keep the search for a short form quick; beyond them an expression
 # stays as it is. None is tuned.
 
+#: Nodes of an expression that is put over one denominator, which takes longer than linear time:
+#: seconds from 100,000 on. Forces of shipped scenes have up to 1,600.
+_NODES = 10_000
 #: Terms that a numerator may be multiplied out to.
 _TERM_BUDGET = 200
 #: Terms of a numerator and a denominator that are searched for common factors.
@@ -31,8 +35,10 @@ _SHORT = 6
 def shortened(expr: sp.Expr) -> sp.Expr:
     """Put an expression over one denominator, collect sums and cancel common factors.
 
-    Returned unchanged beyond the budget of terms, and if the result is no shorter.
+    Returned unchanged beyond the budgets of nodes and terms, and if the result is no shorter.
     """
+    if has_more_nodes(expr, _NODES):
+        return expr
     numerator, denominator = sp.fraction(sp.together(expr))
     if term_count(numerator) > _TERM_BUDGET or term_count(denominator) > _TERM_BUDGET:
         return expr

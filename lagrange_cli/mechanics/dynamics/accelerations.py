@@ -13,7 +13,7 @@ from mpmath import mpf
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.collect import collected_terms
 from lagrange_cli.mechanics.algebra.factor import factored, group_by_velocities
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, has_more_nodes, term_count
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.algebra.shortest import shortest_coefficient
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Most accelerations that are coupled by the mass matrix alone.
 _LARGEST_SOLVED = 2
+#: Most nodes of an inertia or a right-hand side of those; shipped scenes have up to 100.
+_MOST_NODES = 1_000
 #: Most accelerations and multipliers that closures couple.
 _MOST_UNKNOWNS = 8
 #: Most terms of a determinant of those.
@@ -68,11 +70,11 @@ class ExplicitForm:
 def explicit_form(equations: Equations) -> ExplicitForm:
     """Solve for accelerations and multipliers, block by block of those that are coupled.
 
-    Without closures, at most two accelerations are solved for, from the shown equations, whose
-    terms are collected as a person would: single ones are divided, pairs follow Cramer's rule,
-    collected anew where that is shorter in print, and common factors cancel. With closures, the
-    equations and the closures differentiated are solved by Cramer's rule as long as the results
-    stay short.
+    Without closures, at most two accelerations are solved for, from shown equations within a page,
+    whose terms are collected as a person would: single ones are divided, pairs follow Cramer's
+    rule, collected anew where that is shorter in print, and common factors cancel. With closures,
+    the equations and the closures differentiated are solved by Cramer's rule as long as the
+    results stay short.
 
     Raises
     ------
@@ -146,10 +148,12 @@ def differentiated(equations: Equations, closure: Closure) -> ShownEquation:
 
 
 def _solved(equations: Equations, block: Sequence[int]) -> list[sympy.Expr | None]:
-    """Solve for accelerations of a block without closures; None beyond two or without inertia."""
+    """Solve for accelerations of a block without closures; None beyond budgets or no inertia."""
     if len(block) > _LARGEST_SOLVED:
         return [None] * len(block)
     mass, forcing = _linear_system(equations, block)
+    if any(has_more_nodes(e, _MOST_NODES) for row in (*mass, forcing) for e in row):
+        return [None] * len(block)
     if len(block) == 1:
         if mass[0][0] == 0:
             return [None]
