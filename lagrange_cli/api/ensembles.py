@@ -252,10 +252,8 @@ class PlannedEnsemble:
             labels = self.plan.model.labels
             draw_into(self.asked.plot, Family(ensemble, values, self.panels, labels, starts))
         if self.plane is not None and self.drawn is not None:
-            until = float(self.times[-1])
-            draw_into(
-                self.asked.plot, self.plane.map_of(ensemble.arrays, self.drawn, self.plan, until)
-            )
+            plane_map = self.plane.map_of(ensemble.arrays, self.drawn, self.plan, self.times)
+            draw_into(self.asked.plot, plane_map)
 
 
 def planned(asked: SimulationRequest, choice: MemberChoice) -> PlannedEnsemble:

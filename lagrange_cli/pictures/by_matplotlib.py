@@ -11,7 +11,14 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import latex_text
 from lagrange_cli.pictures.figures import new_figure, picture_bytes, require_ending, settings
 from lagrange_cli.pictures.picture import DEGREES, NO_LABEL
-from lagrange_cli.pictures.style import BAR_COLOURS, legend_corner, legend_lines, looks, text_sides
+from lagrange_cli.pictures.style import (
+    BAR_COLOURS,
+    legend_columns,
+    legend_corner,
+    legend_lines,
+    looks,
+    text_sides,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,6 +40,9 @@ _WIDTH, _SINGLE, _HEIGHT, _STACKED, _NAMES = 6.3, 4.4, 1.9, 2.4, (0.9, 0.5)
 
 #: Centimetres of an inch.
 _INCH = 2.54
+
+#: Numbers of a centimetre of an axis.
+_TICKS = 1.5
 
 #: Points across a mark, and the label of what no legend names.
 _MARK, _UNNAMED = 3.5, "_nolegend_"
@@ -70,9 +80,8 @@ def draw(picture: Picture, ending: str) -> bytes:
         )
         for number, panel in enumerate(picture.panels):
             axes, height = grid.flat[number], heights[number // columns]
-            writer.draw_panel(axes, panel)
             across, tall = size[0] / columns - _NAMES[0], height - _NAMES[1]
-            writer.draw_legend(axes, panel, (_INCH * across, _INCH * tall))
+            writer.draw_panel(axes, panel, (_INCH * across, _INCH * tall))
         for axes in grid.flat[len(picture.panels) :]:
             axes.set_visible(False)
         if picture.shares_abscissa:
@@ -109,12 +118,14 @@ class _Writer:
     def __init__(self, picture: Picture, by_tex: bool) -> None:
         self.picture, self.by_tex = picture, by_tex
 
-    def draw_panel(self, axes: Axes, panel: Panel) -> None:
+    def draw_panel(self, axes: Axes, panel: Panel, size: tuple[float, float]) -> None:
+        """Draw a panel into axes of a size in centimetres."""
         axes.margins(x=0 if panel.is_tight else 0.05, y=0.1 if panel.places else 0.05)
         for line, look in looks(panel):
             self._draw_line(axes, line, look)
-        self._draw_axes(axes, panel)
-        for place, side in zip(panel.places, text_sides(panel), strict=True):
+        self._draw_axes(axes, panel, size[1])
+        self._draw_legend(axes, panel, size)
+        for place, side in zip(panel.places, text_sides(panel, *size), strict=True):
             axes.plot([place.x], [place.y], "o", color="black", markersize=_MARK, label=_UNNAMED)
             axes.annotate(
                 self.shown(place.label),
@@ -149,7 +160,7 @@ class _Writer:
             axes.plot(line.x[:1], line.y[:1], "o", markerfacecolor="white", markersize=6, **ends)
             axes.plot(line.x[-1:], line.y[-1:], "o", markersize=3, **ends)
 
-    def _draw_axes(self, axes: Axes, panel: Panel) -> None:
+    def _draw_axes(self, axes: Axes, panel: Panel, height: float) -> None:
         from matplotlib.ticker import MaxNLocator
 
         axes.set_xlabel(self.shown(panel.x.label))
@@ -158,25 +169,27 @@ class _Writer:
         axes.set_yscale("log" if panel.y.is_log else "linear")
         if panel.x.is_log or panel.y.is_log:
             axes.grid(visible=True, which="major", color="0.9", linewidth=0.6)
-        if panel.y.unit == DEGREES:
-            axes.yaxis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 1.5, 3, 4.5, 9, 10]))
+        if not panel.y.is_log:
+            # Locators that look at the size of axes change numbers after these are laid out.
+            steps = [1, 1.5, 3, 4.5, 9, 10] if panel.y.unit == DEGREES else [1, 2, 2.5, 5, 10]
+            axes.yaxis.set_major_locator(
+                MaxNLocator(nbins=min(8, round(_TICKS * height)), steps=steps)
+            )
         if panel.x.is_reversed:
             axes.xaxis.set_inverted(True)
         if panel.is_equal:
             axes.set_aspect("equal", adjustable="datalim")
 
-    def draw_legend(self, axes: Axes, panel: Panel, size: tuple[float, float]) -> None:
-        """Name the lines where no line is covered: in a corner, else outside of the axes.
-
-        ``size``: centimetres of the axes.
-        """
+    def _draw_legend(self, axes: Axes, panel: Panel, size: tuple[float, float]) -> None:
+        """Name the lines where no line is covered: in a corner, else outside of the axes."""
         if not legend_lines(panel):
             return
         place: dict[str, Any] = {"loc": legend_corner(panel, *size)}
         if place["loc"] is None and self.picture.columns > 1:
             place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3}
         elif place["loc"] is None:
-            place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+            columns = legend_columns(panel, size[1])
+            place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "ncols": columns}
         dotted = any(line.style == "dots" for line in panel.lines)
         axes.legend(markerscale=3 if dotted else 1, **place)
 

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from lagrange_cli.notation.symbols import latex_text
 from lagrange_cli.pictures.picture import DEGREES, NO_LABEL
-from lagrange_cli.pictures.style import BAR_COLOURS, legend_corner, legend_lines, looks, text_sides
+from lagrange_cli.pictures.style import (
+    BAR_COLOURS,
+    legend_columns,
+    legend_corner,
+    legend_lines,
+    looks,
+    text_sides,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.pictures.picture import Line, Panel, Picture
@@ -80,8 +87,8 @@ def _axes(picture: Picture) -> Iterator[str]:
             f"width={_number(width)}cm, height={_number(height)}cm, scale only axis",
             *_options(picture, panel, (width, height)),
         ]
-        joined = ",\n  ".join(options)
-        yield f"\\begin{{axis}}[\n  {joined}]\n{''.join(_plots(panel))}\\end{{axis}}\n"
+        joined, plots = ",\n  ".join(options), "".join(_plots(panel, (width, height)))
+        yield f"\\begin{{axis}}[\n  {joined}]\n{plots}\\end{{axis}}\n"
 
 
 def _options(picture: Picture, panel: Panel, size: tuple[float, float]) -> Iterator[str]:
@@ -105,7 +112,8 @@ def _options(picture: Picture, panel: Panel, size: tuple[float, float]) -> Itera
             anchor, place = _CORNERS[corner]
             yield f"legend style={{at={{({place})}}, anchor={anchor}}}"
         elif picture.columns == 1:
-            yield "legend pos=outer north east"
+            columns = legend_columns(panel, size[1])
+            yield f"legend pos=outer north east, legend columns={columns}"
         else:
             yield "legend columns=3, legend style={at={(0.5,1.02)}, anchor=south}"
         yield "legend style={draw=none, fill=none, font=\\small}, legend cell align=left"
@@ -122,10 +130,10 @@ def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(bytes.fromhex(colour[1:]))
 
 
-def _plots(panel: Panel) -> Iterator[str]:
+def _plots(panel: Panel, size: tuple[float, float]) -> Iterator[str]:
     for line, look in looks(panel):
         yield from _plot(panel, line, look)
-    for place, (across, up) in zip(panel.places, text_sides(panel), strict=True):
+    for place, (across, up) in zip(panel.places, text_sides(panel, *size), strict=True):
         at = f"(axis cs:{_number(place.x)},{_number(place.y)})"
         text = f"{up * (45 if across > 0 else 135)}:{{{place.label.latex}}}"
         label = f"label={{[font=\\scriptsize, inner sep=1pt]{text}}}"

@@ -68,11 +68,11 @@ def axis_of(labels: Labels, names: Sequence[str]) -> Axis:
     symbols = [in_dollars(labels.symbol(name)) for name in distinct]
     if len(symbols) > _MOST_SYMBOLS:
         symbols = [symbols[0], Label(r"$\ldots$", "…"), symbols[-1]]
-    units = {unit_of(labels, column) for column in distinct}
+    units = {unit_of_column(labels, column) for column in distinct}
     return Axis(listed(symbols), units.pop() if len(units) == 1 else None)
 
 
-def unit_of(labels: Labels, name: str) -> Label | None:
+def unit_of_column(labels: Labels, name: str) -> Label | None:
     """Return the unit of a column; angles turn in radians whatever the unit of time is."""
     if labels.dimensions.get(name) == "rad/s" and name not in labels.units:
         return _TURNING
@@ -82,6 +82,11 @@ def unit_of(labels: Labels, name: str) -> Label | None:
 def in_dollars(symbol: Label) -> Label:
     """Return a symbol as a label."""
     return Label(f"${symbol.latex}$", symbol.plain)
+
+
+def at_time(symbol: Label, t: float) -> Label:
+    """Return the symbol of a value at a time, ``θ(0)``; both have no dollars."""
+    return Label(f"{symbol.latex}({t:g})", f"{symbol.plain}({t:g})")
 
 
 def listed(labels: Sequence[Label]) -> Label:

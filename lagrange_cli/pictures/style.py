@@ -97,7 +97,7 @@ def _look(line: Line, number: int, *, is_named: bool) -> Look:
             size = 2.5 if len(line.x) <= _FEW_DOTS else 1.3
             return Look(colour, 0.0, 0, 0, size, is_named)
         case "bars":
-            return Look(colour, 0.0, 0, 0, 4.0, is_named)
+            return Look(colour, 0.0, 0, 0, 3.0, is_named)
         case "marked":
             return Look(colour, 1.0, 0, number % SYMBOLS, 4.0, is_named)
         case "crosses":
@@ -147,22 +147,41 @@ def legend_corner(panel: Panel, width: float, height: float) -> str | None:
     return None
 
 
-#: Parts of the axes: beyond the first a marked place has its text on the left; places nearer than
-#: the others have their texts above and below.
-_LEFT, _NEAR = 0.75, (0.5, 0.08)
+def legend_columns(panel: Panel, height: float) -> int:
+    """Return the columns of a legend beside axes, so that it is hardly taller than they are.
+
+    ``height`` is that of the axes in centimetres.
+    """
+    return math.ceil((_ROW * len(legend_lines(panel))) / (height + _ROW))
 
 
-def text_sides(panel: Panel) -> list[tuple[int, int]]:
-    """Return the sides of the texts of marked places: 1 for right and above, -1 for the others."""
-    parts = _places(panel, 1.0)
-    sides: list[tuple[int, int]] = []
-    parts = parts[len(parts) - len(panel.places) :]
-    for number, part in enumerate(parts):
-        is_near = [(abs(part - before) < _NEAR).all() for before in parts[:number]]
-        above = 1
-        for near, side in zip(is_near, sides, strict=True):
-            above = -side[1] if near else above
-        sides.append((-1 if part[0] > _LEFT else 1, above))
+#: Sides of a text beside a marked place, 1 for right and above, in the order of preference.
+_SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1))
+
+#: Centimetres of a letter and of the height of such a text, with the space around it.
+_SMALL_LETTER, _SMALL_ROW = 0.15, 0.45
+
+
+def text_sides(panel: Panel, width: float, height: float) -> list[tuple[int, int]]:
+    """Return the sides of the texts of marked places on which they cover least.
+
+    ``width`` and ``height`` are those of the axes in centimetres.
+    """
+    parts, sides = _places(panel, width / height), []
+    for mark, place in zip(parts[len(parts) - len(panel.places) :], panel.places, strict=True):
+        letters = len(place.label.plain)
+        box = np.array([(_SMALL_LETTER * letters) / width, _SMALL_ROW / height])
+        steps = np.stack([np.linspace(0.1, 1, max(2, letters)), np.full(max(2, letters), 0.5)], 1)
+        covered = []
+        for side in _SIDES:
+            beside = (parts - mark) * side / box
+            end = mark + box * side
+            is_outside = ((end < 0) | (end > 1)).any()
+            count = ((beside > 0.05) & (beside < 1)).all(axis=1).sum()
+            covered.append(count + len(parts) * is_outside)
+        side = _SIDES[int(np.argmin(covered))]
+        parts = np.concatenate([parts, mark + steps * box * side])
+        sides.append(side)
     return sides
 
 

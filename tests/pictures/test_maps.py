@@ -17,6 +17,7 @@ from lagrange_cli.simulate.ensemble.plan.sources import grid
 from lagrange_cli.simulate.model.requested_outputs import read_reduction
 from tests.simulate.ensemble.test_ensemble import PENDULUM, plan_of
 
+SPAN = np.array([0.0, 2.0])
 KEPT = Selection((), True, (read_reduction("first(theta < 0)"),))
 
 
@@ -33,7 +34,7 @@ def drawn(plan, members, names, value):
     given = {name: rows[:, k] for k, name in enumerate(members.names)}
     arrays = {f"given/{name}": values for name, values in given.items()}
     arrays["reduced/first(theta < 0)"] = value(given["theta"], given["m"])
-    return plane.map_of(arrays, plane.drawn(plan, None), plan, 2.0)
+    return plane.map_of(arrays, plane.drawn(plan, None), plan, SPAN)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_values_stand_where_their_members_are(plan, specs):
     assert np.allclose(turned.values, found.values.T)
     assert found.bar.label.plain == "first t in s with θ < 0"
     assert found.bar.label.latex == r"first $t$ in $\mathrm{s}$ with $\theta < 0$"
-    assert (found.x_axis.label.plain, found.y_axis.label.plain) == ("θ in rad", "m in kg")
+    assert (found.x_axis.label.plain, found.y_axis.label.plain) == ("θ(0) in rad", "m in kg")
 
 
 @pytest.mark.slow
@@ -128,4 +129,4 @@ def test_a_value_that_no_member_has(plan):
     values = np.ones(4)
     arrays = {"given/theta": np.array([1, 1, np.nan, np.nan]), "given/m": np.array([1, 2, 1, 2.0])}
     with pytest.raises(InputError, match="some value of 'theta'"):
-        plane.map_of({**arrays, "final/theta": values}, "final/theta", plan, 2.0)
+        plane.map_of({**arrays, "final/theta": values}, "final/theta", plan, SPAN)

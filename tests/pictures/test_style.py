@@ -123,8 +123,13 @@ def test_many_dots_have_no_legend():
 
 
 def test_texts_of_near_places_stand_apart():
-    places = tuple(MarkedPlace(x, 0.5, NO_LABEL) for x in (0.1, 0.3, 0.9))
-    assert text_sides(panel_of(lambda t: t, places=places)) == [(1, 1), (1, -1), (-1, 1)]
+    name = Label("name", "name")
+    places = tuple(MarkedPlace(x, 0.0, name) for x in (0.1, 0.13, 1.0))
+    flat = panel_of(lambda t: 0 * t - 1, lambda t: 0 * t + 1, places=places)
+    assert text_sides(flat, 12.0, 4.0) == [(1, 1), (1, -1), (-1, 1)]
+    # Above the second place there is a line.
+    rising = panel_of(lambda t: t, lambda t: -t, places=(MarkedPlace(0.5, 0.5, name),))
+    assert text_sides(rising, 12.0, 4.0) == [(-1, 1)]
 
 
 def test_ends_are_marked_in_the_colour_of_their_line():

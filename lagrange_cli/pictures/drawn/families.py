@@ -19,10 +19,11 @@ from lagrange_cli.pictures.picture import (
     Line,
     Panel,
     Picture,
+    at_time,
     equation,
     in_dollars,
     listed,
-    unit_of,
+    unit_of_column,
 )
 from lagrange_cli.pictures.style import COLOURS
 from lagrange_cli.simulate.arrays import Array
@@ -76,10 +77,8 @@ class Family:
 
     def symbol(self, name: str) -> Label:
         """Return the symbol of a value, as θ(0) where it is one at the start."""
-        symbol, start = self.labels.symbol(name), f"({self.ensemble.t[0]:g})"
-        if name not in self.starts:
-            return symbol
-        return Label(symbol.latex + start, symbol.plain + start)
+        symbol = self.labels.symbol(name)
+        return at_time(symbol, self.ensemble.t[0]) if name in self.starts else symbol
 
 
 @picture_of.register
@@ -107,7 +106,7 @@ def _levels(family: Family) -> tuple[Array | None, ColourBar | None]:
     low, high = float(np.nanmin(numbers)), float(np.nanmax(numbers))
     if not high > low:
         return None, None
-    axis = Axis(in_dollars(family.symbol(names[0])), unit_of(family.labels, names[0]))
+    axis = Axis(in_dollars(family.symbol(names[0])), unit_of_column(family.labels, names[0]))
     return np.nan_to_num((numbers - low) / (high - low)), ColourBar(axis, low, high)
 
 

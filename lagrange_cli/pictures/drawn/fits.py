@@ -47,4 +47,4 @@ def _panels(fit: Fit, column: FittedColumn) -> Iterator[Panel]:
 
 def _measured(name: str, column: FittedColumn, values: Array) -> Line:
     label = Label(name, name)
-    return Line(label, column.times, values, "bars", errors=column.deviations)
+    return Line(label, column.times, values, "bars", colour=1, errors=column.deviations)

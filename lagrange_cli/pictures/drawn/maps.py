@@ -11,7 +11,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.notation.symbols import latex_unit
 from lagrange_cli.pictures.mathematics import reduction_axis
-from lagrange_cli.pictures.picture import Axis, PlaneMap, axis_of
+from lagrange_cli.pictures.picture import Axis, PlaneMap, at_time, in_dollars, unit_of_column
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.ensemble.plan.enumeration import GridMembers
 from lagrange_cli.simulate.ensemble.store.result import unit_of
@@ -97,7 +97,7 @@ class Plane:
         hint = hint or ("" if plan.selection.final else "--final keeps the ends of columns")
         raise _refused(f"'{wanted}' is no reduction and no column whose end is kept", hint)
 
-    def map_of(self, arrays: Mapping[str, Any], name: str, plan: Plan, until: float) -> PlaneMap:
+    def map_of(self, arrays: Mapping[str, Any], name: str, plan: Plan, times: Array) -> PlaneMap:
         """Return the map of a result.
 
         Parameters
@@ -108,8 +108,8 @@ class Plane:
             Name of the array that is drawn.
         plan
             Plan of the runs.
-        until
-            The end of the motions.
+        times
+            Times of the samples, shape (samples,).
 
         Raises
         ------
@@ -128,9 +128,9 @@ class Plane:
             x[ordered[0]],
             y[ordered[1]],
             values[ordered[1]][:, ordered[0]],
-            axis_of(labels, [self.x]),
-            axis_of(labels, [self.y]),
-            _bar(labels, name, plan, until),
+            _varied(plan, self.x, times[0]),
+            _varied(plan, self.y, times[0]),
+            _bar(labels, name, plan, times[-1]),
             len(units) == 1 and None not in units,
         )
 
@@ -154,14 +154,20 @@ class Plane:
         return names.index(name) < names.index(second_axis)
 
 
+def _varied(plan: Plan, name: str, start: float) -> Axis:
+    """Return the quantity of an axis: a parameter, or a value at the start."""
+    labels, is_start = plan.model.labels, name in plan.member.initial
+    symbol = labels.symbol(name)
+    symbol = at_time(symbol, start) if is_start else symbol
+    return Axis(in_dollars(symbol), unit_of_column(labels, name))
+
+
 def _bar(labels: Labels, name: str, plan: Plan, until: float) -> Axis:
     """Return the quantity of the array that is drawn."""
     kind, _, written = name.partition("/")
     if kind == "final":
-        axis = axis_of(labels, [written])
-        ending = f"$t = {until:g}$", f"t = {until:g}"
-        name_at_end = f"{axis.name.latex} at {ending[0]}", f"{axis.name.plain} at {ending[1]}"
-        return Axis(Label(*name_at_end), axis.unit)
+        symbol = at_time(labels.symbol(written), until)
+        return Axis(in_dollars(symbol), unit_of_column(labels, written))
     reductions = {reduction.text: reduction for reduction in plan.selection.reductions}
     unit = unit_of(name, labels, reductions)
     shown = None if unit is None else Label(latex_unit(unit), unit)
