@@ -174,10 +174,10 @@ def text_sides(panel: Panel, width: float, height: float) -> list[tuple[int, int
         steps = np.stack([np.linspace(0.1, 1, max(2, letters)), np.full(max(2, letters), 0.5)], 1)
         covered = []
         for side in _SIDES:
-            beside = (parts - mark) * side / box
+            within = (parts - mark) * side / box
             end = mark + box * side
             is_outside = ((end < 0) | (end > 1)).any()
-            count = ((beside > 0.05) & (beside < 1)).all(axis=1).sum()
+            count = ((within > 0.05) & (within < 1)).all(axis=1).sum()
             covered.append(count + len(parts) * is_outside)
         side = _SIDES[int(np.argmin(covered))]
         parts = np.concatenate([parts, mark + steps * box * side])
