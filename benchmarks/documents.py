@@ -11,7 +11,8 @@ anything. ``KEEP=FOLDER`` in the environment leaves the LaTeX documents and what
 them.
 
 Formulas of Markdown are rendered by KaTeX in strict mode, which needs node and, in this checkout,
-``npm install --no-save katex``. Typst is compiled by PyPI's package ``typst``.
+``npm install --no-save katex``. Typst is compiled by PyPI's package ``typst``. HTML is checked
+by the W3C's checker, which needs Java and ``npm install --no-save vnu-jar``.
 """
 
 from __future__ import annotations
@@ -39,6 +40,9 @@ KATEX = Path(__file__).resolve().with_name("katex_strict.js")
 #: Options of the derivations: formulation and way of the steps.
 DERIVATIONS = (("auto", None), ("multiplier", None), ("auto", "lagrange"), ("auto", "dalembert"))
 FORMS: tuple[dict[str, str], ...] = ({"form": "lagrange"}, {"form": "explicit"})
+
+#: The W3C's checker of HTML.
+CHECKER = ROOT / "node_modules" / "vnu-jar" / "build" / "dist" / "vnu.jar"
 
 _ALL = ",".join(name for name in SECTIONS if name != "sketch")
 _COLUMN = {"width": "column"}
@@ -237,11 +241,30 @@ def latex(written: Sequence[Document]) -> Outcome:
     return Outcome(f"{len(written)} documents", lines)
 
 
+def has_checker() -> bool:
+    """Tell whether Java runs here and the checker of HTML is installed."""
+    return shutil.which("java") is not None and CHECKER.is_file()
+
+
+def html(written: Sequence[Document]) -> Outcome:
+    """Check every page with the W3C's checker."""
+    with tempfile.TemporaryDirectory() as folder:
+        names = {f"{index}.html": document for index, document in enumerate(written)}
+        for name, document in names.items():
+            Path(folder, name).write_text(document.text, encoding="utf-8")
+        command = ["java", "-jar", str(CHECKER), "--errors-only", "--format", "json", folder]
+        done = subprocess.run(command, capture_output=True, check=False)
+    messages = json.loads(done.stderr)["messages"]
+    lines = [f"{names[Path(m['url']).name].name}: {m['message']}" for m in messages]
+    return Outcome(f"{len(written)} pages", lines)
+
+
 #: Format → what reads its documents.
 READERS: dict[str, Callable[[Sequence[Document]], Outcome]] = {
     "latex": latex,
     "markdown": markdown,
     "typst": typst,
+    "html": html,
 }
 
 

@@ -54,7 +54,7 @@ FRAMES = (
 )
 
 #: Formats of documents.
-DOCUMENTS = ("latex", "markdown", "typst")
+DOCUMENTS = ("latex", "markdown", "typst", "html")
 
 #: Commands with their options; the scene stands after the first word. ``@x`` and ``@p`` stand for
 #: a coordinate and a parameter that are drawn, ``@from`` and ``@to`` for ends of paths, and other

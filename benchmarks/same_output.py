@@ -43,7 +43,7 @@ RESULTS = "results.json"
 EXCERPT, WIDTH = 12, 160
 
 #: Every choice of `derive` but those of the arithmetic of the certificate.
-DERIVE_FORMATS = ("text", "latex", "markdown", "typst", "json")
+DERIVE_FORMATS = ("text", "latex", "markdown", "typst", "html", "json")
 FORMS = ("lagrange", "explicit", "first-order", "hamiltonian", "routhian", "small-oscillations")
 DERIVE_FORMS = (*FORMS, "multiplier")
 
@@ -63,6 +63,10 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "typst": {
         "--form": FORMS,
         "--by": (None, "lagrange", "dalembert"),
+    },
+    "html": {
+        "--form": FORMS,
+        "--by": (None, "lagrange"),
     },
     "c": {
         "--real": ("float", "double", "long-double"),
@@ -90,6 +94,7 @@ ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "markdown": (("--written-out",), ("--language", "de"), _PARTS),
     "typst": (("--written-out",), ("--language", "fr"), _PARTS),
+    "html": (("--written-out",), ("--language", "de"), _PARTS),
     "json": (("--with", "latex"),),
 }
 

@@ -77,3 +77,13 @@ def test_katex_refuses_what_is_not_its_language(documents):
     outcome = documents.markdown([documents.Document("it", page)])
     assert outcome.counted == "4 formulas"
     assert [line.split(":")[0] for line in outcome.failures] == ["it", "it"]
+
+
+@pytest.mark.slow
+def test_the_checker_of_html_finds_no_error(documents):
+    if not documents.has_checker():
+        pytest.skip("no java, or no checker (npm install --no-save vnu-jar)")
+    pages = written(documents, "html")
+    assert documents.html(pages).failures == []
+    wrong = documents.Document("it", pages[0].text.replace("<main>", "<main><b>"))
+    assert documents.html([wrong]).failures

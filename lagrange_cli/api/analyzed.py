@@ -60,7 +60,7 @@ class Analyzed(Analysis):
         return page_in(encoding, lambda plain: analysis_page(self, ascii=plain, code=code), ascii)
 
     def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
-        """Return file name → text in ``latex``, ``markdown`` or ``typst``.
+        """Return file name → text in ``latex``, ``markdown``, ``typst`` or ``html``.
 
         ``options``: those of ``lagrange analyze --format``.
 

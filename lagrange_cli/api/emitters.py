@@ -16,6 +16,7 @@ from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
 from lagrange_cli.report.document_options import (
     FORM,
+    HTML_OPTIONS,
     LATEX_OPTIONS,
     MARKDOWN_OPTIONS,
     TEXT_OPTIONS,
@@ -42,6 +43,12 @@ def _typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str
     from lagrange_cli.report.writers.typst.document import emit_typst
 
     return emit_typst(equations, options)
+
+
+def _html(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.report.writers.html import emit_html
+
+    return emit_html(equations, options)
 
 
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -117,6 +124,15 @@ EMITTERS: dict[str, Emitter] = {
             options=TYPST_OPTIONS,
         ),
         Emitter(
+            name="html",
+            title="HTML: a page with formulas in MathML, for any browser",
+            extensions=(".html",),
+            single_file=True,
+            run=_html,
+            shows_steps=True,
+            options=HTML_OPTIONS,
+        ),
+        Emitter(
             name="c",
             title="C99: a header and a source file that need only <math.h>",
             extensions=(".h", ".c"),
@@ -178,6 +194,7 @@ DERIVED: dict[str, tuple[Option, ...]] = {
     "latex": tuple(o for o in LATEX_OPTIONS if o is not FORM),
     "markdown": tuple(o for o in MARKDOWN_OPTIONS if o is not FORM),
     "typst": tuple(o for o in TYPST_OPTIONS if o is not FORM),
+    "html": tuple(o for o in HTML_OPTIONS if o is not FORM),
     "json": (Option("latex", "the expressions in LaTeX too", further=True),),
 }
 """Format of ``derive --format`` → its options beside those of ``derive`` itself."""

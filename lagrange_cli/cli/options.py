@@ -390,8 +390,8 @@ report_path = file("-o --output", "Write the report, as .json.", callback=writab
 analysis_path = file(
     "-o --output",
     "Write the report, as .json, the matrices, as .npz, or what --format says, as .txt, .tex, .md"
-    " or .typ.",
-    callback=writable_as(".json", ".npz", ".txt", ".tex", ".md", ".typ"),
+    ", .typ or .html.",
+    callback=writable_as(".json", ".npz", ".txt", ".tex", ".md", ".typ", ".html"),
 )
 
 #: ``--traceback``.

@@ -61,7 +61,7 @@ FORM = Option("form", "the form of the equations", choices=FORMS, default="lagra
 
 _SECTIONS = Option(
     "sections",
-    f"the parts, with commas between them: {', '.join(SECTIONS)}; sketch in LaTeX alone",
+    f"the parts, with commas between them: {', '.join(SECTIONS)}; sketch in LaTeX and HTML alone",
     choices=SECTIONS,
     default=DEFAULT_SECTIONS,
     default_text="all but sketch, result and initial",
@@ -123,6 +123,8 @@ MARKDOWN_OPTIONS = (
     _WRITTEN_OUT,
 )
 
+HTML_OPTIONS = (FORM, _SECTIONS, _LANGUAGE, _WRITTEN_OUT)
+
 TYPST_OPTIONS = (
     FORM,
     _sections_without_sketch("lagrange emit SCENE --to svg writes one for image(...)"),
@@ -147,6 +149,7 @@ ANALYZED: dict[str, tuple[Option, ...]] = {
     "latex": tuple(o for o in LATEX_OPTIONS if o.name not in _OF_DERIVATIONS),
     "markdown": (_LANGUAGE,),
     "typst": (_LANGUAGE,),
+    "html": (_LANGUAGE,),
     "json": (),
 }
 

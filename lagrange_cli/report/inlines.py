@@ -82,7 +82,8 @@ class Less(Label):
 
     def write(self, to: Lettering) -> str:
         text = to.letters.formula(to.node(self.node))
-        return f" - {text[1:]}" if text.startswith("-") else f" + {text}"
+        minus = to.letters.minus
+        return f" - {text.removeprefix(minus)}" if text.startswith(minus) else f" + {text}"
 
 
 @dataclass(frozen=True)

@@ -23,14 +23,15 @@ class Letters(ABC):
     """Letters of one format.
 
     ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``at_least_sign``
-    and ``at_most_sign`` ≥ and ≤, ``imaginary`` is the imaginary unit, and ``comma`` stands between
-    formulas of one display.
+    and ``at_most_sign`` ≥ and ≤, ``imaginary`` is the imaginary unit, ``comma`` stands between
+    formulas of one display, and ``minus`` before a formula that is negative.
     """
 
     comma = ", "
     at_least_sign = "≥"
     at_most_sign = "≤"
     imaginary = "i"
+    minus = "-"
     dot_product: str
     virtual_work: str
 

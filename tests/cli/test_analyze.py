@@ -155,6 +155,7 @@ def test_files(tmp_path):
         ("latex", ".tex", "% spring: analysis, written by lagrange"),
         ("markdown", ".md", "# spring"),
         ("typst", ".typ", "// spring: analysis, written by lagrange"),
+        ("html", ".html", "<!DOCTYPE html>"),
         ("text", ".txt", "spring"),
     ],
 )

@@ -44,7 +44,7 @@ def emitted(scene: str, to="latex", steps=None, **options) -> str:
     return text
 
 
-@pytest.mark.parametrize("to", ["latex", "markdown", "typst"])
+@pytest.mark.parametrize("to", ["latex", "markdown", "typst", "html"])
 @pytest.mark.parametrize("part", TELLING)
 def test_each_part_stands_alone(to, part):
     text = emitted("pendulums/pendulum", to, sections=part)

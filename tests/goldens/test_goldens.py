@@ -50,7 +50,7 @@ class Golden:
         further = dict(self.formats)
         emissions = {
             f"({to})": ["emit", scene, "--to", to, "-o", ".", *self.emit, *further.get(to, ())]
-            for to in ("c", "python", "latex", "typst")
+            for to in ("c", "python", "latex", "typst", "html")
         }
         return derivations | emissions
 
@@ -126,4 +126,4 @@ def test_every_folder_of_outputs_has_its_scene_and_all_formats() -> None:
     assert {path.name for path in OUTPUTS.iterdir()} == set(GOLDENS)
     for folder in OUTPUTS.iterdir():
         suffixes = sorted(path.suffix for path in files(folder))
-        assert suffixes == [".c", ".h", ".json", ".py", ".tex", ".txt", ".typ"]
+        assert suffixes == [".c", ".h", ".html", ".json", ".py", ".tex", ".txt", ".typ"]

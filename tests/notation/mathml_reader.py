@@ -13,7 +13,7 @@ ELEMENTS = {
     **dict.fromkeys(("mfrac", "msub", "msup", "munder", "mover"), 2),
     **dict.fromkeys(("msubsup", "munderover"), 3),
 }
-_GLOBAL = {"displaystyle", "style"}
+_GLOBAL = {"displaystyle", "style", "id"}
 _ATTRIBUTES = {
     "math": {"display"},
     "mi": {"mathvariant"},

@@ -10,8 +10,10 @@ from lagrange_cli.notation.printers.mathml import (
     mathml_name,
     mathml_number,
     mathml_of_latex,
+    mathml_signs,
     mathml_table,
     mathml_text,
+    mathml_unit,
 )
 from lagrange_cli.notation.tree import (
     Dependence,
@@ -213,6 +215,49 @@ def test_keys_of_latex(latex, text):
     assert check_latex(latex) is None
     assert mathml_of_latex(latex) == text
     assert_is_core(parsed(text))
+
+
+INFIX, PREFIX = '<mo form="infix">{}</mo>', '<mo form="prefix">−</mo>'
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        (f"{MI_A} = {MI_B}", f"{MI_A}{INFIX.format('=')}{MI_B}"),
+        (f"{MI_A} - {MI_B}", f"{MI_A}{INFIX.format('−')}{MI_B}"),
+        (f"= -{MI_B} + 0", f"{INFIX.format('=')}{PREFIX}{MI_B}{INFIX.format('+')}<mn>0</mn>"),
+        ("n-1", f"<mi>n</mi>{INFIX.format('−')}<mn>1</mn>"),
+        (f"({MI_A}, 2.5)", f"{OPENING}{MI_A}<mo>,</mo><mn>2.5</mn>{CLOSING}"),
+        ("theta_1 ≥ 0", "<msub><mi>θ</mi><mn>1</mn></msub><mo>≥</mo><mn>0</mn>"),
+        ("<mtext>a - b &lt; 2</mtext>", "<mtext>a - b &lt; 2</mtext>"),
+        (f"<mfrac>{MI_A}{MI_B}</mfrac>", f"<mfrac>{MI_A}{MI_B}</mfrac>"),
+    ],
+)
+def test_signs_between_elements_are_elements(text, shown):
+    assert mathml_signs(text) == shown
+    assert mathml_signs(shown) == shown
+    assert_is_core(parsed(shown))
+
+
+KG, METRE, SECOND = (f'<mi mathvariant="normal">{unit}</mi>' for unit in ("kg", "m", "s"))
+SLASH = '<mo lspace="0em" rspace="0em">/</mo>'
+
+
+@pytest.mark.parametrize(
+    ("unit", "text"),
+    [
+        ("kg*m^2/s", f"{KG}{THIN}<msup>{METRE}<mn>2</mn></msup>{SLASH}{SECOND}"),
+        ("kg m^-1", f"{KG}{THIN}<msup>{METRE}{{}}</msup>"),
+        ("1/s^(1/2)", f"<mn>1</mn>{SLASH}<msup>{SECOND}{{}}</msup>"),
+        ("<b>", "<mtext>&lt;b&gt;</mtext>"),
+        ("a, b", "<mtext>a, b</mtext>"),
+    ],
+)
+def test_units(unit, text):
+    minus = '<mrow><mo lspace="0em" rspace="0em">−</mo><mn>1</mn></mrow>'
+    half = f"<mrow><mn>1</mn>{SLASH}<mn>2</mn></mrow>"
+    assert mathml_unit(unit) == text.format(minus if "-" in unit else half)
+    assert_is_core(parsed(mathml_unit(unit)))
 
 
 def test_dots_stand_over_the_letter_of_a_key():

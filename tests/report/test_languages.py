@@ -236,7 +236,7 @@ def test_no_english_word_is_left(code, scene, steps):
         derivation_text(equations, **options),
         derivation_text(equations, form="explicit", **options),
     ]
-    for to in ("latex", "markdown", "typst"):
+    for to in ("latex", "markdown", "typst", "html"):
         texts += EMITTERS[to].emit(equations, options).values()
     for text in texts:
         body = _MARKUP.sub(" ", text.split(r"\begin{document}")[-1])
@@ -261,7 +261,7 @@ def test_no_english_word_is_left_in_an_analysis(code, scene):
     exponents = Exponents((1.0, -1.0), (0.1, 0.1), 1.0, 10.0)
     analysis = Analyzed.of(replace(analyze(equations), exponents=exponents))
     texts = [analysis.text(language=code)]
-    for to in ("latex", "markdown", "typst"):
+    for to in ("latex", "markdown", "typst", "html"):
         texts += analysis.emit(to, language=code).values()
     for text in texts:
         body = _MARKUP.sub(" ", text.split(r"\begin{document}")[-1])
@@ -273,7 +273,8 @@ def test_no_english_word_is_left_in_an_analysis(code, scene):
 #: What is no word of a language: formulas, comments, commands.
 _MARKUP = re.compile(
     r"\$[^$]*\$|^(?://|%|#set|#show|#let|  columns:).*$"
-    r"|\\(?:label|begin|end)\{[^}]*\}|\\[a-zA-Z]+|#[a-z]+|<eq:.*?>",
+    r"|\\(?:label|begin|end)\{[^}]*\}|\\[a-zA-Z]+|#[a-z]+|<eq:.*?>"
+    r"|<(mi|mo|style)\b[^$]*?</\1>|</?[a-z][^>]*>",
     re.M,
 )
 

@@ -27,7 +27,14 @@ if TYPE_CHECKING:
     from lagrange_cli.api.analyzed import Analyzed
 
 #: Name of a format → ending of its files.
-ENDINGS = {"text": ".txt", "latex": ".tex", "markdown": ".md", "typst": ".typ", "json": ".json"}
+ENDINGS = {
+    "text": ".txt",
+    "latex": ".tex",
+    "markdown": ".md",
+    "typst": ".typ",
+    "html": ".html",
+    "json": ".json",
+}
 
 
 @click.command(cls=Command)

@@ -16,6 +16,7 @@ from lagrange_cli.notation.printers.typeset import TypesetPrinter
 from lagrange_cli.notation.symbols import (
     GREEK,
     SIGNS,
+    UNIT_PART,
     latex_name,
     printable,
     scientific,
@@ -66,6 +67,11 @@ _INDEX_PART = re.compile(r"([^\W\d_]+)|(\d+)|(\S)")
 #: A name of several letters at the beginning, whatever it bears.
 _WORD = re.compile(r"(?:<m[^>]*>)*?<mi[^>]*>\w{2,}")
 _MARKUP = re.compile(r"<[^>]*>|&#x206[12];")
+_LEAF = re.compile(r"(<m(?:i|n|o|text)\b[^>]*>[^<]*</\w+>|<[^>]*>)")
+#: A number, a name or a sign between elements.
+_BARE = re.compile(
+    r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)|([^\W\d_]\w*)|((?<=[\w)])-|[-+](?=\s)|=)|(\S)|\s+"
+)
 
 
 def mathml(body: str, *, block: bool = False) -> str:
@@ -126,7 +132,7 @@ def mathml_scripted(base: str, below: str = "", above: str = "") -> str:
     if not (below or above):
         return base
     tag = "msub" * bool(below) + ("sup" if below else "msup") * bool(above)
-    scripts = "".join(_row(script) for script in (below, above) if script)
+    scripts = "".join(mathml_row(script) for script in (below, above) if script)
     return f"<{tag}>{base}{scripts}</{tag}>"
 
 
@@ -139,12 +145,51 @@ def mathml_number(literal: str) -> str:
     return f"<mrow><mn>{mantissa}</mn><mo>×</mo>{power}</mrow>" if mantissa else power
 
 
+def mathml_unit(unit: str) -> str:
+    """Return a unit, ``kg*m^2/s`` in upright letters; other texts as they are."""
+    parts: list[str] = []
+    place = 0
+    while place < len(unit):
+        part = UNIT_PART.match(unit, place)
+        if part is None:
+            return mathml_text(unit)
+        symbol, number, between, power, short_power, sign = part.groups()
+        if symbol:
+            parts.append(_identifier(symbol, upright=True))
+        elif between is not None:
+            parts.append(mathml_space(0.167))
+        elif power or short_power:
+            base = parts.pop() if parts else "<mrow/>"
+            parts.append(mathml_scripted(base, above=_index(power or short_power)))
+        else:
+            parts.append(f"<mn>{number}</mn>" if number else _tight(sign))
+        place = part.end()
+    return "".join(parts)
+
+
 def mathml_of_latex(text: str) -> str:
     """Return an allowed formula of LaTeX in MathML, as one element."""
-    return _row(_parts(latex_parts(text)))
+    return mathml_row(_parts(latex_parts(text)))
 
 
-def _row(text: str) -> str:
+def mathml_signs(text: str) -> str:
+    """Return a formula whose numbers, letters and signs between elements are elements, too.
+
+    A minus is that of a difference if a blank follows, or an operand stands before it.
+    """
+    return "".join(p if p[:1] == "<" else _BARE.sub(_bare, p) for p in _LEAF.split(text))
+
+
+def _bare(match: re.Match[str]) -> str:
+    number, name, infix, sign = match.groups()
+    if number or name:
+        return mathml_number(number) if number else mathml_name(name)
+    if infix:
+        return f'<mo form="infix">{_TYPESET.get(infix, infix)}</mo>'
+    return '<mo form="prefix">−</mo>' if sign == "-" else _operator(sign) if sign else ""
+
+
+def mathml_row(text: str) -> str:
     """Return any number of elements as one."""
     depth = 0
     for tag in _TAG.finditer(text):
@@ -247,12 +292,12 @@ def _bearer(base: LatexPart | None) -> str:
 
 
 def _script(sign: str, script: Sequence[LatexPart]) -> str:
-    return _operator("′") if sign == "'" else _row(_parts(script))
+    return _operator("′") if sign == "'" else mathml_row(_parts(script))
 
 
 def _with_macro(macro: str, body: Sequence[LatexPart]) -> str:
     """Return a body with an accent or in an alphabet."""
-    inner = _row(_parts(body))
+    inner = mathml_row(_parts(body))
     if macro in _ACCENTS:
         return _accented(inner, f'<mo stretchy="false">{_ACCENTS[macro]}</mo>')
     if macro in _STRETCHED:
@@ -343,7 +388,7 @@ class MathmlPrinter(TypesetPrinter):
         return f"<mn>{number}</mn>"
 
     def ratio(self, above: str, below: str) -> str:
-        return f"<mfrac>{_row(above)}{_row(below)}</mfrac>"
+        return f"<mfrac>{mathml_row(above)}{mathml_row(below)}</mfrac>"
 
     def radical(self, body: str) -> str:
         return f"<msqrt>{body}</msqrt>"
@@ -355,7 +400,7 @@ class MathmlPrinter(TypesetPrinter):
 
     def big_sum(self, under: str, over: str) -> str:
         tag = "munderover" if over else "munder"
-        parts = "".join(_row(_index(part)) for part in (under, over) if part)
+        parts = "".join(mathml_row(_index(part)) for part in (under, over) if part)
         return f"<{tag}>{self.sum_opening}{parts}</{tag}>"
 
     def magnitude(self, body: str) -> str:
@@ -377,7 +422,7 @@ class MathmlPrinter(TypesetPrinter):
                 return base.removesuffix(closing) + mathml_scripted(closing, above=exponent)
         if base.startswith("<msub>"):
             inner = base.removeprefix("<msub>").removesuffix("</msub>")
-            return f"<msubsup>{inner}{_row(exponent)}</msubsup>"
+            return f"<msubsup>{inner}{mathml_row(exponent)}</msubsup>"
         return mathml_scripted(base, above=exponent)
 
     def fenced(self, body: str) -> str:

@@ -1,4 +1,4 @@
-"""Documents of an analysis in LaTeX, Markdown and Typst, from the same sections."""
+"""Documents of an analysis in LaTeX, Markdown, Typst and HTML, from the same sections."""
 
 from __future__ import annotations
 
@@ -42,6 +42,7 @@ from lagrange_cli.report.tree import (
     formulas,
     section,
 )
+from lagrange_cli.report.writers.html import emit_html
 from lagrange_cli.report.writers.latex.document import emit_latex
 from lagrange_cli.report.writers.markdown import emit_markdown
 from lagrange_cli.report.writers.typst.document import emit_typst
@@ -358,6 +359,7 @@ _FORMATS: dict[str, _Emit] = {
     "latex": emit_latex,
     "markdown": emit_markdown,
     "typst": emit_typst,
+    "html": emit_html,
 }
 
 #: What options of derivations are where a document holds none.
@@ -367,7 +369,7 @@ _DEFAULTS: dict[str, OptionValue] = {option.name: option.default for option in L
 def analysis_document(
     analysis: Analysis, to: str, options: Mapping[str, OptionValue] | None = None
 ) -> dict[str, str]:
-    """Return file name → text of an analysis in ``latex``, ``markdown`` or ``typst``.
+    """Return file name → text of an analysis in ``latex``, ``markdown``, ``typst`` or ``html``.
 
     Parameters
     ----------
