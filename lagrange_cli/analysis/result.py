@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.analysis.branches.values import Branches
     from lagrange_cli.analysis.contacts.loss import ContactLosses
     from lagrange_cli.analysis.equilibria.steady import SteadyForm
@@ -35,10 +37,12 @@ class Exponents:
 
 @dataclass(frozen=True)
 class AlongMotion:
-    """A linear system along a motion, without its matrices.
+    """A linear system along a motion.
 
     Attributes
     ----------
+    status
+        ``ok``, or the way in which it is not.
     count, start, until
         Number of times, and the first and the last.
     states, inputs, outputs
@@ -49,10 +53,12 @@ class AlongMotion:
         Largest error of a matrix, as it was asked for and as it is estimated.
     reason
         The reason why the promise is not kept; empty if it is kept.
-    report
-        All of it as values that JSON can represent.
+    arrays
+        Times ``t``, shape (m,), states ``y`` and inputs ``u``, shape (m, number of these), and
+        matrices, shape (m, rows, columns), by name.
     """
 
+    status: str
     count: int
     start: float
     until: float
@@ -63,7 +69,7 @@ class AlongMotion:
     requested: float
     estimated: float
     reason: str
-    report: Mapping[str, Any] = field(repr=False)
+    arrays: Mapping[str, NDArray[Any]] = field(repr=False)
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ def matrices_of(report: dict[str, Any]) -> bytes:
     """
     import numpy as np
 
-    from lagrange_cli.report.values.analysis import linearization_arrays, response_arrays
+    from lagrange_cli.report.values.linear import linearization_arrays, response_arrays
 
     if report["linearization"] is None and not report.keys() & {"along", "response"}:
         reasons = [left["reason"] for left in report["left_out"]]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from sympy import sign
@@ -96,6 +96,7 @@ class LinearMotion:
     def summary(self) -> AlongMotion:
         """The same as a part of an analysis."""
         return AlongMotion(
+            self.status,
             len(self.t),
             float(self.t[0]),
             float(self.t[-1]),
@@ -106,15 +107,8 @@ class LinearMotion:
             self.requested,
             self.estimated,
             self.reason,
-            self.report,
+            {"t": self.t, "y": self.y, "u": self.u, **self.matrices},
         )
-
-    @property
-    def report(self) -> dict[str, Any]:
-        """The same as values that JSON can hold."""
-        accuracy = {"requested": self.requested, "estimated": self.estimated}
-        arrays = {key: values.tolist() for key, values in self.arrays.items()}
-        return {"status": self.status, "reason": self.reason or None, "accuracy": accuracy} | arrays
 
 
 def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> LinearMotion:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.notation.labels import multiplier_column
 from lagrange_cli.report.contents.sentences import names
 from lagrange_cli.report.inlines import Written, say
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
@@ -40,12 +37,12 @@ def force_rows(forces: ConstraintForces) -> Iterator[tuple[str, list[tuple[str, 
             if component != 0
         ]
         if len(rows) > 1 and body.size is not None:
-            rows.append(("|f|", _magnitude(body.size)))
+            rows.append(("|f|", magnitude(body.size)))
         if rows:
             yield body.name, rows
 
 
-def _magnitude(size: Expr) -> Expr:
+def magnitude(size: Expr) -> Expr:
     """Write |f| with factors that are known to be positive outside."""
     factors = sympy.Mul.make_args(size)
     outside = [f for f in factors if f.is_nonnegative or f.is_Rational or _is_root(f)]
@@ -126,35 +123,3 @@ def force_notes(forces: ConstraintForces) -> list[Written]:
         phrase = "multipliers that are not determined, or have no short form: {listed}"
         notes.append(say(phrase, listed=names(forces.open)))
     return notes
-
-
-def forces_report(
-    equations: Equations, forces: ConstraintForces, say: Callable[[Expr], str]
-) -> dict[str, Any]:
-    """Return the forces as a JSON value; ``say`` prints an expression."""
-    return {
-        "constraint_forces": [
-            {
-                "particle": body.name,
-                "components": [say(component) for component in body.components],
-                "magnitude": None if body.size is None else say(_magnitude(body.size)),
-            }
-            for body in forces.bodies
-        ],
-        "constraint_multipliers": [
-            {
-                "name": multiplier_column(equations, reaction.name),
-                "constraint": reaction.text,
-                "multiplier": say(reaction.multiplier),
-                "forces": [
-                    {"particle": name, "along_gradient": say(size)} for name, size in reaction.sizes
-                ],
-            }
-            for reaction in forces.reactions
-        ],
-        "undetermined_multipliers": [multiplier_column(equations, name) for name in forces.open],
-        "forces_in_terms_of": forces.form,
-        "forces_pass_on": list(forces.included),
-        "forces_not_unique": list(forces.shared),
-        "without_weight": list(forces.weightless),
-    }

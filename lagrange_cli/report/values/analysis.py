@@ -1,364 +1,164 @@
-"""An analysis as JSON values: what ``lagrange analyze --json`` writes.
+"""An analysis as JSON: what ``lagrange analyze --json`` writes.
 
 Closed forms are in the scene language, so that they can be read back.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries, Symmetry
-from lagrange_cli.analysis.values import continuous_phase
-from lagrange_cli.notation.build import display
-from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
-from lagrange_cli.report.contents.analysis.contacts import contacts_report, with_results
-from lagrange_cli.report.values.steps import closed_form
+from lagrange_cli.report.contents.analysis.contacts import with_results
+from lagrange_cli.report.values.branches import BRANCHES, named_branches
+from lagrange_cli.report.values.equilibria import EQUILIBRIA, STEADY, found_equilibria
+from lagrange_cli.report.values.expressions import (
+    coordinate_names,
+)
+from lagrange_cli.report.values.json_types import (
+    BOOLEAN,
+    EXPRESSION,
+    INTEGER,
+    MAYBE_NUMBER,
+    NAMES,
+    NUMBER,
+    REASON,
+    TEXT,
+    ConvertedType,
+    JsonObject,
+    Key,
+    by_name,
+    list_of,
+    optional,
+    or_null,
+    through,
+)
+from lagrange_cli.report.values.linear import (
+    ALONG,
+    EXPONENTS,
+    LINEARIZATION,
+    MODE,
+    RESPONSE,
+    named_linearization,
+)
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     from sympy import Expr
 
-    from lagrange_cli.analysis.branches.values import Branch, Branches, MarkedPoint
-    from lagrange_cli.analysis.equilibria.steady import SteadyForm
-    from lagrange_cli.analysis.result import Analysis, Exponents
-    from lagrange_cli.analysis.values import (
-        Channel,
-        Equilibria,
-        Equilibrium,
-        Existence,
-        FrequencyResponse,
-        Linearization,
-        Mode,
-        Turning,
-    )
-
-_Say = Callable[["Expr"], str]
+    from lagrange_cli.analysis.contacts.loss import ContactLoss, ContactLosses
+    from lagrange_cli.analysis.contacts.zeros import Zero
+    from lagrange_cli.analysis.result import Analysis, LeftOut
+    from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries
 
 
 def analysis_report(analysis: Analysis) -> dict[str, Any]:
     """Return an analysis as values that JSON can hold.
 
-    Parts that were not asked for, or are left out, are null.
+    Parts that were not asked for, or are left out, are null or missing.
     """
-    equations = analysis.equations
-
-    letters, steady = with_results(analysis, vocabulary(equations)), analysis.steady
-
-    def say(expression: Expr) -> str:
-        return ScenePrinter().inline(display(expression, letters))
-
-    every = [c.name for c in equations.system.coordinates]
-    names = [c.name for c in analysis.rest_equations.system.coordinates]
-    symmetries = analysis.symmetries or Symmetries((), complete=False, unproven=0)
-    equilibria, linear, modes = analysis.equilibria, analysis.linearization, analysis.modes
-    return {
-        "name": equations.presentation.name,
-        "coordinates": every,
-        "cyclic": list(equations.derivation.cyclic),
-        "conserved": [
-            {"name": c.name, "expression": say(c.expression), "symmetry": c.reason}
-            for c in equations.derivation.conserved
-        ]
-        + [_symmetry(s, every, say) for s in symmetries.proven],
-        "symmetries": None
-        if analysis.symmetries is None
-        else {"matrices": symmetries.complete, "unproven": symmetries.unproven},
-        "steady": None if steady is None else _steady(steady),
-        **_equilibria(equilibria, names, say, steady),
-        "linearization": None if linear is None else _linearization(linear, names, say),
-        "modes": None if modes is None else [_mode(mode, say) for mode in modes],
-        "left_out": [{"part": left.part, "reason": left.reason} for left in analysis.left_out],
-        **_exponents(analysis.exponents),
-        **branches_report(analysis.branches, every),
-        **({} if analysis.along is None else {"along": dict(analysis.along.report)}),
-        **_response(analysis.response),
-        **contacts_report(analysis.contacts, say),
-    }
+    words = with_results(analysis, vocabulary(analysis.equations))
+    return ANALYSIS.write(analysis, ExpressionPrinter(words, ScenePrinter()))
 
 
-def _response(result: FrequencyResponse | None) -> dict[str, Any]:
-    if result is None:
-        return {}
-    return {
-        "response": {
-            "from": result.low,
-            "to": result.high,
-            "inputs": list(result.inputs),
-            "outputs": list(result.outputs),
-            "settles": result.settles,
-            "error": result.error,
-            "omega": result.frequencies.tolist(),
-            "channels": [_channel(result, channel) for channel in result.channels],
-        }
-    }
+# Conserved quantities.
 
 
-def _channel(result: FrequencyResponse, channel: Channel) -> dict[str, Any]:
-    """Gains and phases along ω, null at undamped poles."""
-    gains = result.gains[
-        :, result.outputs.index(channel.output), result.inputs.index(channel.source)
+class _Conserved(NamedTuple):
+    """A conserved quantity; ``field``: displacements of a symmetry, None of cyclic coordinates."""
+
+    name: str
+    expression: Expr
+    symmetry: str
+    field: dict[str, Expr] | None = None
+
+
+def _conserved(analysis: Analysis) -> list[_Conserved]:
+    names, symmetries = coordinate_names(analysis.equations), analysis.symmetries
+    conserved = analysis.equations.derivation.conserved
+    return [_Conserved(c.name, c.expression, c.reason) for c in conserved] + [
+        _Conserved(
+            s.name,
+            s.expression,
+            s.described(names),
+            {n: x for n, x in zip(names, s.field, strict=True) if x != 0},
+        )
+        for s in (symmetries.proven if symmetries else ())
     ]
-    known = np.isfinite(gains)
-    columns = (("gain", np.abs(gains)), ("phase", continuous_phase(gains)))
-    return {
-        "input": channel.source,
-        "output": channel.output,
-        "static": channel.static,
-        "peaks": [{"omega": p.frequency, "gain": p.gain, "phase": p.phase} for p in channel.peaks],
-        **{
-            name: [x if is_known else None for x, is_known in zip(x.tolist(), known, strict=True)]
-            for name, x in columns
-        },
-    }
 
 
-def response_arrays(report: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-    """Return the response of a report as arrays: ``omega``, and ``response`` of shape (ω, outputs,
-    inputs), complex, not a number at undamped poles."""
-    response = report["response"]
-    shape = len(response["omega"]), len(response["outputs"]), len(response["inputs"])
-    gains = np.zeros(shape, dtype=complex)
-    for channel in response["channels"]:
-        sizes, phases = (
-            np.array([np.nan if x is None else x for x in channel[key]], dtype=float)
-            for key in ("gain", "phase")
-        )
-        place = (
-            response["outputs"].index(channel["output"]),
-            response["inputs"].index(channel["input"]),
-        )
-        gains[:, *place] = sizes * np.exp(1j * phases)
-    return {"omega": np.array(response["omega"]), "response": gains}
+_CONSERVED: JsonObject[_Conserved] = JsonObject(
+    Key("name", TEXT, "Its name."),
+    Key("expression", EXPRESSION, "The quantity."),
+    Key("symmetry", TEXT, "Why it is conserved."),
+    Key(
+        "field",
+        by_name(EXPRESSION),
+        "The displacement ξ of each coordinate that a symmetry moves.",
+        optional=True,
+    ),
+)
+_SYMMETRIES: JsonObject[Symmetries] = JsonObject(
+    Key("matrices", BOOLEAN, "True if ξ was looked for with a matrix.", lambda s: s.complete),
+    Key("unproven", INTEGER, "Number of symmetries in numbers that could not be proven."),
+)
 
+# Contacts.
 
-def _exponents(result: Exponents | None) -> dict[str, Any]:
-    if result is None:
-        return {}
-    return {
-        "lyapunov": {
-            "exponents": list(result.values),
-            "spreads": list(result.spreads),
-            "from": result.start,
-            "until": result.until,
-        }
-    }
+_EQUALITY = ConvertedType(TEXT.schema, lambda sides, say: " = ".join(map(say, sides)))
+_ZERO: JsonObject[Zero] = JsonObject(
+    Key("condition", _EQUALITY, "The place.", lambda zero: (zero.left, zero.right)),
+    Key("angle", or_null(_EQUALITY), "The same of an output that is the angle, or null."),
+    Key(
+        "value",
+        MAYBE_NUMBER,
+        "The right side in numbers; null of a condition that is not solved.",
+        lambda zero: zero.number,
+    ),
+)
+_CLOSED: JsonObject[ContactLoss] = JsonObject(
+    Key("name", TEXT, "Name of the constraint."),
+    Key("force", EXPRESSION, "Its force without velocities."),
+    Key("at_start", MAYBE_NUMBER, "The force at the start, 0 if that is rounding; null without."),
+    Key("zeros", list_of(_ZERO), "Places at which it vanishes."),
+    Key("reason", REASON, "Why velocities remain; null if none do."),
+    Key("continuous", BOOLEAN, "It is proven to be continuous.", lambda loss: not loss.jumps),
+)
+_CONTACTS: JsonObject[ContactLosses] = JsonObject(
+    Key("closed", list_of(_CLOSED), "Contacts closed at the start.", lambda c: c.contacts),
+    Key(
+        "constants",
+        by_name(NUMBER),
+        "Constants of the start in these.",
+        lambda losses: {c.symbol.name: c.value for c in losses.constants},
+    ),
+)
 
+# The whole.
 
-def _symmetry(symmetry: Symmetry, names: Sequence[str], say: _Say) -> dict[str, Any]:
-    field = {n: say(x) for n, x in zip(names, symmetry.field, strict=True) if x != 0}
-    return {
-        "name": symmetry.name,
-        "expression": say(symmetry.expression),
-        "symmetry": symmetry.described(names),
-        "field": field,
-    }
-
-
-def _steady(steady: SteadyForm) -> dict[str, Any]:
-    return {
-        "ignored": [m.coordinate.name for m in steady.momenta],
-        "momenta": [m.name for m in steady.momenta],
-        "given": {symbol.name: value for symbol, value in steady.given_values},
-    }
-
-
-def _turning(turning: Turning | None, steady: SteadyForm | None, say: _Say) -> dict[str, Any]:
-    """Write momenta and rates of ignored coordinates; nothing of an equilibrium at rest."""
-    if turning is None or steady is None:
-        return {}
-    written: dict[str, Any] = {}
-    for key, symbols, numbers, exact in (
-        ("momenta", [m.symbol for m in steady.momenta], turning.momenta, turning.exact_momenta),
-        ("rates", [m.coordinate.v for m in steady.momenta], turning.rates, turning.exact_rates),
-    ):
-        names = [symbol.name for symbol in symbols]
-        values = [None] * len(names) if numbers is None else map(float, numbers)
-        written[key] = _named(names, values)
-        written[f"exact_{key}"] = None if exact is None else _named(names, map(say, exact))
-    return written
-
-
-def _equilibria(
-    equilibria: Equilibria | None, names: Sequence[str], say: _Say, steady: SteadyForm | None
-) -> dict[str, Any]:
-    if equilibria is None:
-        return {"equilibria": None}
-    return {
-        "equilibria": [_equilibrium(point, names, say, steady) for point in equilibria.points],
-        "absent": [
-            {
-                "exact": _named(names, map(say, point.exact)),
-                "exists": _conditions(point.conditions, say),
-            }
-            for point in equilibria.absent
-        ],
-        "complete": equilibria.complete,
-        "nonzero": list(equilibria.nonzero),
-        "starts": equilibria.starts,
-        "held": dict(equilibria.held_inputs),
-        "near": [_named(names, map(float, x.position)) for x in equilibria.unproven],
-    }
-
-
-def _equilibrium(
-    point: Equilibrium, names: Sequence[str], say: _Say, steady: SteadyForm | None
-) -> dict[str, Any]:
-    stability = point.stability
-    return {
-        "at": _position(point, names),
-        **closed_form(point, names, say),
-        "isolated": point.isolated and not point.free,
-        "stability": None if stability is None else stability.verdict,
-        "reason": None if stability is None else stability.reason,
-        "stable_where": [] if stability is None else _conditions(stability.stable_where, say),
-        **_turning(point.turning, steady, say),
-    }
-
-
-def _position(point: Equilibrium, names: Sequence[str]) -> dict[str, float | None]:
-    if point.position is None:
-        return dict.fromkeys(names)
-    return _named(names, map(float, point.position))
-
-
-def _named(names: Sequence[str], values: Any) -> dict[str, Any]:
-    return dict(zip(names, values, strict=True))
-
-
-def _conditions(conditions: Sequence[Existence], say: _Say) -> list[str]:
-    return [f"{say(c.smaller)} {c.relation} {say(c.larger)}" for c in conditions]
-
-
-def _linearization(linear: Linearization, names: Sequence[str], say: _Say) -> dict[str, Any]:
-    space, exact = linear.state_space, linear.exact
-    rows = {}
-    if exact is not None:
-        rows = {"M": exact.mass, "C": exact.damping, "K": exact.stiffness}
-        rows |= {} if exact.a is None or exact.b is None else {"A": exact.a, "B": exact.b}
-    return {
-        "at": _position(linear.at, names),
-        "coordinates": list(linear.coordinates),
-        "M": linear.mass.tolist(),
-        "C": linear.damping.tolist(),
-        "K": linear.stiffness.tolist(),
-        "damping": linear.dissipative.tolist(),
-        "gyroscopic": linear.gyroscopic.tolist(),
-        "exact": {k: [[say(e) for e in row] for row in m] for k, m in rows.items()} or None,
-        "state_space": {
-            "states": list(space.states),
-            "inputs": list(space.inputs),
-            "outputs": list(space.outputs),
-            "A": space.a.tolist(),
-            "B": space.b.tolist(),
-            "C": space.c.tolist(),
-            "D": space.d.tolist(),
-        },
-    }
-
-
-def _mode(mode: Mode, say: _Say) -> dict[str, Any]:
-    pole, square, shape = mode.pole, mode.exact_square, mode.exact_shape
-    return {
-        "frequency": mode.frequency,
-        "shape": [_amplitude(a, pole is not None) for a in mode.shape],
-        "pole": None if pole is None else [pole.real, pole.imag],
-        "exact_square": None if square is None else say(square),
-        "exact_shape": None if shape is None else list(map(say, shape)),
-    }
-
-
-def _amplitude(value: complex, has_phase: bool) -> float | list[float]:
-    """Write an amplitude: one number, or real and imaginary part."""
-    value = complex(value)
-    return [value.real, value.imag] if has_phase else value.real
-
-
-def linearization_arrays(report: dict[str, Any]) -> dict[str, Any]:
-    """Return the matrices of a report by name, as NumPy arrays for a file.
-
-    C and D are those of outputs; ``mass``, ``damping``, ``gyroscopic`` and ``stiffness`` those of
-    second order, damping being the symmetric part.
-    """
-    linear = report["linearization"]
-    space = linear["state_space"]
-    n, inputs = len(space["states"]), len(space["inputs"])
-    shapes = {"B": (n, inputs), "D": (len(space["outputs"]), inputs)}
-    arrays: dict[str, Any] = {
-        name: np.array(space[name], dtype=float).reshape(shapes.get(name, (-1, n)))
-        for name in ("A", "B", "C", "D")
-    }
-    arrays |= {name: np.array(space[name], dtype=str) for name in ("states", "inputs", "outputs")}
-    arrays |= {
-        "mass": np.array(linear["M"]),
-        "damping": np.array(linear["damping"]),
-        "gyroscopic": np.array(linear["gyroscopic"]),
-        "stiffness": np.array(linear["K"]),
-        "coordinates": np.array(linear["coordinates"], dtype=str),
-    }
-    return arrays
-
-
-def branches_report(result: Branches | None, names: Sequence[str]) -> dict[str, Any]:
-    """Return branches as values that JSON can hold; nothing if they were not asked for.
-
-    ``names``: those of all coordinates.
-    """
-    if result is None:
-        return {}
-    return {
-        "branches": {
-            "parameter": result.parameter,
-            "from": result.low,
-            "to": result.high,
-            "values": result.values,
-            "starts": result.starts,
-            "skipped": result.skipped,
-            "left": result.left,
-            "held": dict(result.held_inputs),
-            "free": list(result.free),
-            "marks": [_mark(mark, names) for mark in result.marks],
-            "curves": [_branch(branch, result.parameter, names) for branch in result.branches],
-        }
-    }
-
-
-def _mark(mark: MarkedPoint, names: Sequence[str]) -> dict[str, Any]:
-    return {
-        "kind": mark.kind,
-        "value": mark.value,
-        "error": mark.error,
-        "at": dict(zip(names, mark.position, strict=True)),
-        "frequency": mark.frequency,
-    }
-
-
-def _branch(branch: Branch, parameter: str, names: Sequence[str]) -> dict[str, Any]:
-    columns = zip(names, branch.positions.T.tolist(), strict=True)
-    poles = [_pole(column) for column in branch.locus.poles.T]
-    return {
-        "ends": list(branch.ends),
-        "points": {parameter: branch.values.tolist(), **dict(columns)},
-        "poles": {parameter: branch.locus.values.tolist(), "columns": poles},
-        "marks": [{"point": k, "mark": number} for k, number in branch.marks],
-        "stretches": [
-            {
-                "first": s.first,
-                "last": s.last,
-                "stability": s.stability.verdict,
-                "reason": s.stability.reason,
-            }
-            for s in branch.stretches
-        ],
-    }
-
-
-def _pole(column: NDArray[np.complex128]) -> dict[str, list[float | None]]:
-    parts = {"real": column.real.tolist(), "imag": column.imag.tolist()}
-    return {
-        name: [x if math.isfinite(x) else None for x in values] for name, values in parts.items()
-    }
+_LEFT_OUT: JsonObject[LeftOut] = JsonObject(
+    Key("part", TEXT, "The part."), Key("reason", TEXT, "Why it has no result.")
+)
+ANALYSIS: JsonObject[Analysis] = JsonObject(
+    Key("name", TEXT, "Name of the scene.", lambda a: a.equations.presentation.name),
+    Key("coordinates", NAMES, "Names of the coordinates.", lambda a: coordinate_names(a.equations)),
+    Key("cyclic", NAMES, "Cyclic coordinates.", lambda a: a.equations.derivation.cyclic),
+    Key("conserved", list_of(_CONSERVED), "Conserved quantities.", _conserved),
+    Key("symmetries", or_null(_SYMMETRIES), "How symmetries were looked for, if they were."),
+    Key("steady", or_null(STEADY), "The reduced system of --steady, else null."),
+    *through(found_equilibria, *EQUILIBRIA),
+    Key(
+        "linearization",
+        or_null(LINEARIZATION),
+        "The linear system, or null.",
+        named_linearization,
+    ),
+    Key("modes", or_null(list_of(MODE)), "Its modes, or null."),
+    Key("left_out", list_of(_LEFT_OUT), "Parts without a result."),
+    *optional(
+        Key("lyapunov", EXPONENTS, "With --lyapunov: exponents.", lambda a: a.exponents),
+        Key("branches", BRANCHES, "With --branches: branches of equilibria.", named_branches),
+        Key("along", ALONG, "With --along: the linear system along a motion."),
+        Key("response", RESPONSE, "With --response: frequency responses."),
+        Key("contacts", _CONTACTS, "Forces of contacts and where they vanish."),
+    ),
+)

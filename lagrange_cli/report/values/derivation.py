@@ -1,4 +1,4 @@
-"""The derivation as JSON values: what ``lagrange derive --format json`` writes.
+"""The derivation as JSON: what ``lagrange derive --format json`` writes.
 
 Expressions are in the scene language, so that they can be read back;
 ``lambda_NAME`` is the multiplier of the constraint of that name.
@@ -6,8 +6,8 @@ Expressions are in the scene language, so that they can be read back;
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lagrange_cli.mechanics.dynamics.accelerations import (
     differentiated,
@@ -15,23 +15,38 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
     forcing_with_reactions,
 )
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.notation.build import display, display_row, display_terms
+from lagrange_cli.notation.build import display
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.printers.latex import LatexPrinter
-from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter, matrix
+from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 from lagrange_cli.notation.vocabulary import vocabulary
-from lagrange_cli.report.contents.forces import forces_report
-from lagrange_cli.report.contents.sentences import undecided
-from lagrange_cli.report.values.check import PROBLEM
+from lagrange_cli.report.values.expressions import (
+    MATRIX,
+    ROW,
+    coordinate_names,
+    residuals,
+)
+from lagrange_cli.report.values.json_types import (
+    EXPRESSION,
+    TEXT,
+    ConvertedType,
+    JsonObject,
+    Key,
+    by_name,
+    list_of,
+    optional,
+    through,
+)
+from lagrange_cli.report.values.system import FINDINGS, SYSTEM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Input
+    from lagrange_cli.mechanics.equations import Equations, ShownEquation
+    from lagrange_cli.notation.vocabulary import Vocabulary
 
 
 #: Keys whose values hold expressions, which ``latex`` has too.
@@ -52,7 +67,7 @@ def derivation_report(
     Parameters
     ----------
     equations
-        What a derivation yields.
+        The equations of motion.
     form
         ``lagrange``: each residual is the shown form of Lagrange's equation.
         ``explicit``: it is ``ddot(q) - (acceleration)``, or the row of M q̈ − f where too many
@@ -81,52 +96,30 @@ def derivation_report(
     return report
 
 
+def derivation_type() -> JsonObject[Any]:
+    """Return the type of the reports of all forms; keys that some have alone may be missing."""
+    from lagrange_cli.report.values import forms
+
+    further: list[JsonObject[Any]] = [forms.HAMILTONIAN, forms.BRACKETS, forms.ROUTHIAN]
+    further += [_EXPLICIT, forms.FIRST_ORDER, forms.SMALL_OSCILLATIONS]
+    always = {key.name: key for key in (*SYSTEM.keys, *_LAGRANGE.keys)}
+    others = {key.name: key for kind in further for key in optional(*kind.keys)}
+    keys: tuple[Key[Any], ...] = (*(always | others | always).values(), *FINDINGS.keys)
+    typeset: JsonObject[Any] = JsonObject(
+        Key("symbols", by_name(TEXT), "LaTeX of each name."),
+        *optional(*(key for key in keys if key.name in _EXPRESSIONS)),
+    )
+    description = "With --with latex: the expressions in LaTeX."
+    return JsonObject(*keys, Key("latex", typeset, description, optional=True))
+
+
 def _report(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
     """Return the report, with expressions as they are said."""
-    forces = equations.derivation.constraint_forces
-    account, unused = equations.derivation.account, equations.derivation.facts.unused_parameters
-    return {
-        "name": equations.presentation.name,
-        "cartesian": account.cartesian,
-        "extra": account.extra,
-        "constraints": account.constraints,
-        "dof": account.dof,
-        "nonholonomic": account.nonholonomic,
-        "unilateral": account.unilateral,
-        "coordinates": [c.name for c in equations.system.coordinates],
-        "formulation": equations.system.formulation,
-        "predicted": _predicted(equations),
-        "singular": [
-            {"coordinate": name, "where": f"{say(place.where)} = 0"}
-            for place in equations.derivation.singular
-            for name in place.coordinates
-        ],
-        "positive": [name for name, _ in equations.system.positive],
-        "kinetic": say(equations.system.kinetic),
-        "potential": say(equations.system.potential),
-        "lagrangian": say(equations.system.lagrangian),
-        **_in_form(equations, form, say),
-        "cyclic": list(equations.derivation.cyclic),
-        "conserved": [
-            {"name": c.name, "expression": say(c.expression)}
-            for c in equations.derivation.conserved
-        ],
-        "undecided": undecided(equations),
-        "energy_balance": _balance(equations, say),
-        "multipliers": [c.multiplier.name for c in equations.system.pushing],
-        "closure": [
-            {"name": c.name, "kind": c.kind, "expression": say(c.expression)}
-            for c in equations.system.closures
-        ],
-        "contacts": _contacts(equations, say),
-        "inputs": [_input(source, say) for source in equations.system.inputs],
-        "outputs": [{"name": name, "expression": say(e)} for name, e in equations.system.outputs],
-        "facts": asdict(equations.derivation.facts) | {"unused_parameters": list(unused)},
-        **({} if forces is None else forces_report(equations, forces, say)),
-        **_steps(equations),
-        "certificate": asdict(equations.derivation.certificate),
-        "warnings": [PROBLEM.write(warning) for warning in equations.derivation.warnings],
-    }
+    return (
+        SYSTEM.write(equations, say)
+        | _in_form(equations, form, say)
+        | FINDINGS.write(equations, say)
+    )
 
 
 def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[str, Any]:
@@ -135,126 +128,106 @@ def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[st
         from lagrange_cli.report.values.forms import routhian_report
 
         return routhian_report(equations, say)
-    whole = {
-        "mass_matrix": matrix(equations.system.mass_matrix, say),
-        "forcing": [say(f) for f in equations.system.forcing],
-    }
+    if form == "explicit":
+        return _EXPLICIT.write(_explicit(equations), say)
+    report = _LAGRANGE.write(equations, say)
     if form == "hamiltonian":
         from lagrange_cli.report.values.forms import hamiltonian_report
 
-        return _lagrange(equations, say) | whole | hamiltonian_report(equations, say)
+        return report | hamiltonian_report(equations, say)
     if form == "first-order":
         from lagrange_cli.report.values.forms import first_order_report
 
-        return _lagrange(equations, say) | whole | first_order_report(equations, say)
+        return report | first_order_report(equations, say)
     if form == "small-oscillations":
         from lagrange_cli.report.values.forms import small_oscillations_report
 
-        return _lagrange(equations, say) | whole | small_oscillations_report(equations, say)
-    return (_explicit if form == "explicit" else _lagrange)(equations, say) | whole
+        return report | small_oscillations_report(equations, say)
+    return report
 
 
-def _steps(equations: Equations) -> dict[str, Any]:
-    """Return the steps, where they were asked for."""
-    if equations.derivation.steps is None:
-        return {}
-    from lagrange_cli.report.values.steps import steps_report
-
-    return steps_report(equations, equations.derivation.steps)
+# Equations of motion.
 
 
-def _contacts(equations: Equations, say: ExpressionPrinter) -> list[dict[str, Any]]:
-    names = [c.name for c in equations.system.coordinates]
-    return [
-        {
-            "name": contact.name,
-            "gap": say(contact.closure.expression),
-            "gradient": [
-                {"coordinate": names[j], "entry": say(entry)}
-                for j, entry in entries(contact.closure.gradient).items()
-            ],
-            "multiplier": contact.closure.multiplier.name,
-            "restitution": say(contact.restitution),
-        }
-        for contact in equations.system.contacts
-    ]
+_ROWS: tuple[Key[Equations], ...] = (
+    Key("mass_matrix", MATRIX, "M in M ddot(q) = f, unscaled.", lambda e: e.system.mass_matrix),
+    Key("forcing", list_of(EXPRESSION), "f.", lambda e: e.system.forcing),
+)
+_LAGRANGE: JsonObject[Equations] = JsonObject(
+    Key(
+        "equations",
+        list_of(residuals("coordinate")),
+        "The equation of motion of each coordinate.",
+        lambda equations: zip(coordinate_names(equations), equations.derivation.shown, strict=True),
+    ),
+    *_ROWS,
+)
 
 
-def _lagrange(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    rows = [display_terms(shown, say.words) for shown in equations.derivation.shown]
-    return {"equations": _residuals(equations, rows, say)}
-
-
-def _explicit(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """Return the rows for coordinates, and those for the multipliers of closures."""
-    explicit, right = explicit_form(equations), forcing_with_reactions(equations)
-    rows = []
-    for i, (c, value) in enumerate(
-        zip(equations.system.coordinates, explicit.accelerations, strict=True)
-    ):
-        if value is not None:
-            rows.append(_difference([c.a], value, say))
-        else:
-            row = entries(equations.system.mass_matrix[i]).items()
-            left = [m * equations.system.coordinates[j].a for j, m in row]
-            rows.append(_difference(left, right[i], say))
-    return {
-        "equations": _residuals(equations, rows, say),
-        "multiplier_equations": [
-            {
-                "multiplier": closure.multiplier.name,
-                "residual": say.tree(
-                    display_row(differentiated(equations, closure), say.words)
-                    if value is None
-                    else _difference([closure.multiplier], value, say)
-                ),
-            }
-            for closure, value in zip(equations.system.closures, explicit.multipliers, strict=True)
-        ],
-    }
-
-
-def _residuals(
-    equations: Equations, rows: Sequence[DisplayNode], say: ExpressionPrinter
-) -> list[dict[str, str]]:
-    return [
-        {"coordinate": c.name, "residual": say.tree(row)}
-        for c, row in zip(equations.system.coordinates, rows, strict=True)
-    ]
-
-
-def _difference(unknowns: Sequence[Expr], value: Expr, say: ExpressionPrinter) -> DisplayNode:
+@dataclass(frozen=True)
+class _Difference:
     """``Σ unknown − value``, the unknowns first."""
-    left = [display(unknown, say.words) for unknown in unknowns]
-    terms = [term for node in left for term in as_terms(node)]
-    terms += [SignedNode(not t.negative, t.node) for t in as_terms(display(value, say.words))]
-    return sum_of(terms, ordered=True)
+
+    unknowns: Sequence[Expr]
+    value: Expr
+
+    def displayed(self, words: Vocabulary) -> DisplayNode:
+        terms = [term for e in self.unknowns for term in as_terms(display(e, words))]
+        terms += [SignedNode(not t.negative, t.node) for t in as_terms(display(self.value, words))]
+        return sum_of(terms, ordered=True)
 
 
-def _predicted(equations: Equations) -> dict[str, int] | None:
-    """Operations of a right-hand side in each formulation, where there are two."""
-    choice = equations.derivation.choice
-    if choice is None:
-        return None
-    return {"minimal": choice.minimal, "multiplier": choice.multiplier}
+#: A row that is solved for an unknown, or that is not.
+_SOLVED = ConvertedType(
+    TEXT.schema,
+    lambda row, say: (
+        say.tree(row.displayed(say.words)) if isinstance(row, _Difference) else ROW.write(row, say)
+    ),
+)
 
 
-def _balance(equations: Equations, say: ExpressionPrinter) -> dict[str, str] | None:
-    """The energy that is not conserved and its rate; None if it is conserved or that is long."""
-    balance = equations.derivation.balance
-    if balance is None:
-        return None
-    return {
-        "name": balance.kind,
-        "expression": say(equations.system.energy),
-        "rate": say(balance.rate),
-    }
+class _Explicit(NamedTuple):
+    """Rows for coordinates, and those for the multipliers of closures."""
+
+    whole: Equations
+    rows: list[_Difference]
+    multipliers: list[tuple[str, _Difference | ShownEquation]]
 
 
-def _input(source: Input, say: ExpressionPrinter) -> dict[str, Any]:
-    """Return an input: its expression, or the file and column of its values."""
-    record = source.recording
-    if record is None:
-        return {"name": source.name, "expression": say(source.expression)}
-    where = {"file": record.file, "column": record.column, "interpolation": record.interpolation}
-    return {"name": source.name, "expression": None, **where}
+def _explicit(equations: Equations) -> _Explicit:
+    system, right = equations.system, forcing_with_reactions(equations)
+    solved = explicit_form(equations)
+    rows = []
+    for i, (c, value) in enumerate(zip(system.coordinates, solved.accelerations, strict=True)):
+        if value is not None:
+            rows.append(_Difference([c.a], value))
+        else:
+            row = entries(system.mass_matrix[i]).items()
+            rows.append(_Difference([m * system.coordinates[j].a for j, m in row], right[i]))
+    multipliers = [
+        (
+            closure.multiplier.name,
+            differentiated(equations, closure)
+            if value is None
+            else _Difference([closure.multiplier], value),
+        )
+        for closure, value in zip(system.closures, solved.multipliers, strict=True)
+    ]
+    return _Explicit(equations, rows, multipliers)
+
+
+_EXPLICIT: JsonObject[_Explicit] = JsonObject(
+    Key(
+        "equations",
+        list_of(residuals("coordinate", _SOLVED)),
+        "The equation of motion of each coordinate.",
+        lambda explicit: zip(coordinate_names(explicit.whole), explicit.rows, strict=True),
+    ),
+    Key(
+        "multiplier_equations",
+        list_of(residuals("multiplier", _SOLVED)),
+        "With --form explicit: the value of each multiplier, or its constraint differentiated.",
+        lambda explicit: explicit.multipliers,
+    ),
+    *through(lambda explicit: explicit.whole, *_ROWS),
+)

@@ -1,199 +1,331 @@
-"""Other forms of the equations as JSON values, in the scene language."""
+"""Other forms of the equations as JSON, in the scene language."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
 from lagrange_cli.analysis.forms.routhian import routhian_form
 from lagrange_cli.analysis.small_oscillations import small_oscillations
 from lagrange_cli.mechanics.dynamics.accelerations import differentiated, explicit_form
-from lagrange_cli.notation.build import display_row, display_sum
-from lagrange_cli.notation.scene_language import ExpressionPrinter, matrix
 from lagrange_cli.notation.vocabulary import with_symbols
 from lagrange_cli.report.contents.forms.brackets import quantity_names
 from lagrange_cli.report.contents.forms.contents import velocity_letter, with_velocities
 from lagrange_cli.report.contents.forms.small_oscillations import ModeLetters, with_displacements
 from lagrange_cli.report.contents.forms.writer import with_momenta
+from lagrange_cli.report.values.expressions import (
+    CERTIFICATE,
+    COMPLEX,
+    MATRIX,
+    ROW,
+    ROWS,
+    SUM,
+    VERDICT,
+    residuals,
+)
+from lagrange_cli.report.values.json_types import (
+    BOOLEAN,
+    EXPRESSION,
+    MAYBE_NUMBER,
+    NAMES,
+    NUMBER,
+    TEXT,
+    ConvertedType,
+    JsonObject,
+    Key,
+    by_name,
+    list_of,
+    or_null,
+    through,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from sympy import Expr
 
+    from lagrange_cli.analysis.forms.hamiltonian import CanonicalPair, Hamiltonian
     from lagrange_cli.analysis.forms.momenta import Momentum
-    from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.findings import PoissonBrackets
+    from lagrange_cli.analysis.forms.routhian import Routhian
+    from lagrange_cli.analysis.small_oscillations import NormalMode, SmallOscillations
+    from lagrange_cli.mechanics.equations import Equations, ShownEquation
+    from lagrange_cli.mechanics.findings import PoissonBracket, PoissonBrackets
+    from lagrange_cli.mechanics.system import Coordinate
+    from lagrange_cli.notation.scene_language import ExpressionPrinter
 
 
 #: Digits of numbers that have no closed form: those of doubles.
 _DIGITS = 17
 
+_MAYBE_EXPRESSION = or_null(EXPRESSION)
+
+#: Rates of coordinates are names of velocities, those of velocities expressions.
+_RATE_VALUE = ConvertedType(
+    _MAYBE_EXPRESSION.schema,
+    lambda rate, say: rate if isinstance(rate, str) else _MAYBE_EXPRESSION.write(rate, say),
+)
+
+
+def _pairs(
+    coordinates: Sequence[Coordinate], shown: Sequence[ShownEquation]
+) -> list[tuple[str, ShownEquation]]:
+    return list(zip([c.name for c in coordinates], shown, strict=True))
+
+
+# Hamilton's equations, and Poisson brackets.
+
+_MOMENTUM: tuple[Key[Momentum], ...] = (
+    Key("coordinate", TEXT, "Name of the coordinate.", lambda m: m.coordinate.name),
+    Key("momentum", TEXT, "Name of its momentum.", lambda momentum: momentum.name),
+    Key("definition", EXPRESSION, "The momentum over velocities.", lambda m: m.expression),
+)
+_PAIR: JsonObject[CanonicalPair] = JsonObject(
+    *through(lambda pair: pair.momentum, *_MOMENTUM),
+    Key(
+        "velocity",
+        _MAYBE_EXPRESSION,
+        "Its velocity over momenta; null where these determine velocities as a linear system.",
+    ),
+    Key("rate", SUM, "The rate of the momentum."),
+)
+_HAMILTONIAN_FACTS: JsonObject[Hamiltonian] = JsonObject(
+    Key("is_energy_sum", or_null(BOOLEAN), "H is T + V; null if not known.", lambda h: h.is_sum),
+    Key("conserved", BOOLEAN, "H is found to be conserved.", lambda h: h.conserved is not None),
+    Key("certificate", CERTIFICATE, "The comparison with L, M and f."),
+)
+HAMILTONIAN: JsonObject[Hamiltonian] = JsonObject(
+    Key("hamiltonian", SUM, "H over coordinates and momenta.", lambda h: h.parts),
+    Key(
+        "momenta",
+        NAMES,
+        "Names of the momenta.",
+        lambda h: [pair.momentum.name for pair in h.pairs],
+    ),
+    Key("canonical", list_of(_PAIR), "The canonical equations.", lambda h: h.pairs),
+    Key("hamiltonian_facts", _HAMILTONIAN_FACTS, "Statements on H.", lambda h: h),
+)
+_BRACKET: JsonObject[PoissonBracket] = JsonObject(
+    Key("first", EXPRESSION, "The first function."),
+    Key("second", EXPRESSION, "The second function."),
+    Key("value", EXPRESSION, "Their bracket."),
+    Key("rate", _MAYBE_EXPRESSION, "Rate of the first where the second is H, else null."),
+    Key("conserved", or_null(BOOLEAN), "True if that rate is zero; null without it."),
+)
+BRACKETS: JsonObject[PoissonBrackets] = JsonObject(
+    Key("brackets", list_of(_BRACKET), "Poisson brackets of --bracket."),
+    Key(
+        "quantities",
+        by_name(EXPRESSION),
+        "The named quantities in them, over coordinates and momenta.",
+        lambda brackets: {q.name: q.expression for q in brackets.quantities},
+    ),
+    Key("bracket_certificate", CERTIFICATE, "Their certificate.", lambda b: b.certificate),
+)
+
 
 def hamiltonian_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """H, the names of the momenta, and the canonical equations of each coordinate.
-
-    ``velocity`` is None where the momenta determine velocities as a linear system; these stay in
-    H and in the rates.
-    """
-    form = hamiltonian_form(equations)
-    momenta = [pair.momentum for pair in form.pairs]
-    say = _knowing(say, momenta)
-    return {
-        "hamiltonian": _total(say, form.parts),
-        "momenta": [m.name for m in momenta],
-        "canonical": [
-            {
-                "coordinate": pair.momentum.coordinate.name,
-                "momentum": pair.momentum.name,
-                "definition": say(pair.momentum.expression),
-                "velocity": None if pair.velocity is None else say(pair.velocity),
-                "rate": _total(say, pair.rate),
-            }
-            for pair in form.pairs
-        ],
-        "hamiltonian_facts": {
-            "is_energy_sum": form.is_sum,
-            "conserved": form.conserved is not None,
-            "certificate": asdict(form.certificate),
-        },
-        **bracket_report(equations.derivation.brackets, say),
-    }
+    """Return H, the canonical equations and the brackets that were asked for."""
+    form, brackets = hamiltonian_form(equations), equations.derivation.brackets
+    say = say.knowing(with_momenta(say.words, [pair.momentum for pair in form.pairs]))
+    report = HAMILTONIAN.write(form, say)
+    if brackets is not None:
+        names = [(symbol, name, None) for symbol, name in quantity_names(brackets).items()]
+        report |= BRACKETS.write(brackets, say.knowing(with_symbols(say.words, names)))
+    return report
 
 
-def bracket_report(brackets: PoissonBrackets | None, say: ExpressionPrinter) -> dict[str, Any]:
-    """Return the brackets in the scene language; empty if none were asked for."""
-    if brackets is None:
-        return {}
-    names = [(symbol, name, None) for symbol, name in quantity_names(brackets).items()]
-    say = say.knowing(with_symbols(say.words, names))
-    return {
-        "brackets": [
-            {
-                "first": say(b.first),
-                "second": say(b.second),
-                "value": say(b.value),
-                "rate": None if b.rate is None else say(b.rate),
-                "conserved": b.conserved,
-            }
-            for b in brackets.brackets
-        ],
-        "quantities": {q.name: say(q.expression) for q in brackets.quantities},
-        "bracket_certificate": asdict(brackets.certificate),
-    }
+# Routh's equations.
+
+
+class _Recovered(NamedTuple):
+    momentum: Momentum
+    velocity: Expr
+    start: float | None
+
+
+def _recovered(form: Routhian) -> list[_Recovered]:
+    starts = form.start or (None,) * len(form.momenta)
+    return list(map(_Recovered, form.momenta, form.velocities, starts))
+
+
+_RECOVERED: JsonObject[_Recovered] = JsonObject(
+    *through(lambda recovered: recovered.momentum, *_MOMENTUM),
+    Key("velocity", EXPRESSION, "Its velocity over the momenta."),
+    Key("start", MAYBE_NUMBER, "The momentum at the initial state; null if not known."),
+)
+ROUTHIAN: JsonObject[Routhian] = JsonObject(
+    Key(
+        "coordinates",
+        NAMES,
+        "Names of the coordinates, with --form routhian of those that are left.",
+        lambda form: [c.name for c in form.coordinates],
+    ),
+    Key(
+        "ignored",
+        NAMES,
+        "Names of the ignored coordinates.",
+        lambda form: [m.coordinate.name for m in form.momenta],
+    ),
+    Key(
+        "momenta",
+        NAMES,
+        "Names of the momenta.",
+        lambda form: [m.name for m in form.momenta],
+    ),
+    Key("routhian", EXPRESSION, "R.", lambda form: form.expression),
+    Key("effective_potential", SUM, "The effective potential.", lambda form: form.potential),
+    Key("gyroscopic", EXPRESSION, "The part of R that is linear in velocities."),
+    Key(
+        "equations",
+        list_of(residuals("coordinate")),
+        "The equation of motion of each coordinate.",
+        lambda form: _pairs(form.coordinates, form.shown),
+    ),
+    Key("mass_matrix", MATRIX, "M in M ddot(q) = f, unscaled."),
+    Key("forcing", list_of(EXPRESSION), "f."),
+    Key("recovered", list_of(_RECOVERED), "The ignored coordinates.", _recovered),
+    Key("routhian_certificate", CERTIFICATE, "Its certificate.", lambda form: form.certificate),
+)
 
 
 def routhian_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """R, V_eff and the equations of the coordinates that are not ignored."""
+    """Return R, V_eff and the equations of the coordinates that are not ignored."""
     form = routhian_form(equations)
-    say = _knowing(say, form.momenta)
-    return {
-        "coordinates": [c.name for c in form.coordinates],
-        "ignored": [m.coordinate.name for m in form.momenta],
-        "momenta": [m.name for m in form.momenta],
-        "routhian": say(form.expression),
-        "effective_potential": _total(say, form.potential),
-        "gyroscopic": say(form.gyroscopic),
-        "equations": [
-            {"coordinate": c.name, "residual": say.tree(display_row(shown, say.words))}
-            for c, shown in zip(form.coordinates, form.shown, strict=True)
+    return ROUTHIAN.write(form, say.knowing(with_momenta(say.words, form.momenta)))
+
+
+# Equations of first order.
+
+
+class _FirstOrder(NamedTuple):
+    """Equations with velocities of their own.
+
+    Attributes
+    ----------
+    velocities
+        Coordinate → name of its velocity.
+    accelerations, multipliers
+        Name → value, None where it is not solved for.
+    coupled
+        Equations of those that are not.
+    """
+
+    velocities: dict[str, str]
+    accelerations: dict[str, Expr | None]
+    multipliers: dict[str, Expr | None]
+    coupled: list[ShownEquation]
+
+
+_RATE: JsonObject[tuple[str, Expr | str | None]] = JsonObject(
+    Key("state", TEXT, "Name of a coordinate or velocity.", lambda pair: pair[0]),
+    Key("rate", _RATE_VALUE, "Its rate; null if it is not solved for.", lambda pair: pair[1]),
+)
+_MULTIPLIER: JsonObject[tuple[str, Expr | None]] = JsonObject(
+    Key("name", TEXT, "Its name.", lambda pair: pair[0]),
+    Key("value", _MAYBE_EXPRESSION, "Its value; null if not solved for.", lambda pair: pair[1]),
+)
+_FIRST_ORDER: JsonObject[_FirstOrder] = JsonObject(
+    Key("velocities", by_name(TEXT), "The velocity of each coordinate."),
+    Key(
+        "rates",
+        list_of(_RATE),
+        "Rates of all coordinates, then of all velocities.",
+        lambda form: [
+            *form.velocities.items(),
+            *((form.velocities[name], rate) for name, rate in form.accelerations.items()),
         ],
-        "mass_matrix": matrix(form.mass_matrix, say),
-        "forcing": [say(f) for f in form.forcing],
-        "recovered": [
-            {
-                "coordinate": m.coordinate.name,
-                "momentum": m.name,
-                "definition": say(m.expression),
-                "velocity": say(velocity),
-                "start": form.start[k] if form.start else None,
-            }
-            for k, (m, velocity) in enumerate(zip(form.momenta, form.velocities, strict=True))
-        ],
-        "routhian_certificate": asdict(form.certificate),
-    }
+    ),
+    Key(
+        "multipliers",
+        list_of(_MULTIPLIER),
+        "The multipliers.",
+        lambda form: form.multipliers.items(),
+    ),
+    Key("coupled", list_of(ROW), "Equations, = 0, of what is not solved for."),
+)
+FIRST_ORDER: JsonObject[_FirstOrder] = JsonObject(
+    Key("first_order", _FIRST_ORDER, "Equations of first order.", lambda form: form)
+)
 
 
 def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """Return names of the velocities, and the rate of each state.
+    """Return names of the velocities, and the rate of each state."""
+    letter, solved = velocity_letter(equations), explicit_form(equations)
+    coordinates, closures = equations.system.coordinates, equations.system.closures
+    shown = equations.derivation.shown
+    names, multipliers = [c.name for c in coordinates], [c.multiplier.name for c in closures]
+    form = _FirstOrder(
+        {name: f"{letter}_{name}" for name in names},
+        dict(zip(names, solved.accelerations, strict=True)),
+        dict(zip(multipliers, solved.multipliers, strict=True)),
+        [row for row, rate in zip(shown, solved.accelerations, strict=True) if rate is None]
+        + [
+            differentiated(equations, closure)
+            for closure, value in zip(closures, solved.multipliers, strict=True)
+            if value is None
+        ],
+    )
+    return FIRST_ORDER.write(form, say.knowing(with_velocities(say.words, equations, letter)))
 
-    Those that are not solved for have null, and their equations stand in ``coupled``.
-    """
-    letter = velocity_letter(equations)
-    say = say.knowing(with_velocities(say.words, equations, letter))
-    solved = explicit_form(equations)
-    pairs = list(zip(equations.system.coordinates, solved.accelerations, strict=True))
-    closures = list(zip(equations.system.closures, solved.multipliers, strict=True))
-    names = {c.name: f"{letter}_{c.name}" for c in equations.system.coordinates}
-    return {
-        "first_order": {
-            "velocities": names,
-            "rates": [
-                *({"state": name, "rate": velocity} for name, velocity in names.items()),
-                *(
-                    {"state": names[c.name], "rate": None if value is None else say(value)}
-                    for c, value in pairs
-                ),
-            ],
-            "multipliers": [
-                {"name": closure.multiplier.name, "value": None if value is None else say(value)}
-                for closure, value in closures
-            ],
-            "coupled": [
-                *(
-                    say.tree(display_row(shown, say.words))
-                    for (_, value), shown in zip(pairs, equations.derivation.shown, strict=True)
-                    if value is None
-                ),
-                *(
-                    say.tree(display_row(differentiated(equations, closure), say.words))
-                    for closure, value in closures
-                    if value is None
-                ),
-            ],
-        }
-    }
+
+# Small oscillations.
+
+_MODE: JsonObject[NormalMode] = JsonObject(
+    Key("frequency", NUMBER, "Its angular frequency."),
+    Key("square", EXPRESSION, "The square of that, in closed form if there is one."),
+    Key("shape", list_of(EXPRESSION), "Amplitudes of the displacements."),
+    Key("closed", BOOLEAN, "True if both are in closed form.", lambda mode: mode.is_closed),
+)
+_SMALL_OSCILLATIONS: JsonObject[SmallOscillations] = JsonObject(
+    Key(
+        "at",
+        by_name(EXPRESSION),
+        "The equilibrium, by coordinate.",
+        lambda form: zip([c.name for c in form.coordinates], form.rest_values, strict=True),
+    ),
+    Key(
+        "stability",
+        or_null(VERDICT),
+        "What is proven of its stability.",
+        lambda form: form.at.stability and form.at.stability.verdict,
+    ),
+    Key(
+        "displacements",
+        NAMES,
+        "Names of the displacements.",
+        lambda form: [d.name for d in form.displacements],
+    ),
+    Key("kinetic", SUM, "The quadratic kinetic energy."),
+    Key(
+        "potential",
+        or_null(SUM),
+        "The quadratic potential; null where other forces act.",
+        lambda form: form.potential or None,
+    ),
+    Key("M", ROWS, "The mass matrix.", lambda form: form.mass),
+    Key("C", ROWS, "The matrix of velocities.", lambda form: form.damping),
+    Key("K", ROWS, "The stiffness matrix.", lambda form: form.stiffness),
+    Key(
+        "equations",
+        list_of(residuals("coordinate")),
+        "The equation of each displacement.",
+        lambda form: _pairs(form.displacements, form.shown),
+    ),
+    Key("modes", list_of(_MODE), "Normal modes by frequency; none with poles."),
+    Key("poles", list_of(COMPLEX), "Exponents s of exp(s t), with damping or gyroscopic terms."),
+)
+SMALL_OSCILLATIONS: JsonObject[SmallOscillations] = JsonObject(
+    Key(
+        "small_oscillations",
+        _SMALL_OSCILLATIONS,
+        "Motions near the nearest stable equilibrium.",
+        lambda form: form,
+    )
+)
 
 
 def small_oscillations_report(equations: Equations, say: ExpressionPrinter) -> dict[str, Any]:
-    """Quadratic energies, linear equations and normal modes at an equilibrium."""
+    """Return quadratic energies, linear equations and normal modes at an equilibrium."""
     form = small_oscillations(equations, _DIGITS)
-    letters = ModeLetters.of(equations, form)
-    say = say.knowing(with_displacements(say.words, form, letters))
-    stability = form.at.stability
-    return {
-        "small_oscillations": {
-            "at": {c.name: say(x) for c, x in zip(form.coordinates, form.rest_values, strict=True)},
-            "stability": None if stability is None else stability.verdict,
-            "displacements": [d.name for d in form.displacements],
-            "kinetic": _total(say, form.kinetic),
-            "potential": _total(say, form.potential) if form.potential else None,
-            "M": [[say(e) for e in row] for row in form.mass],
-            "C": [[say(e) for e in row] for row in form.damping],
-            "K": [[say(e) for e in row] for row in form.stiffness],
-            "equations": [
-                {"coordinate": d.name, "residual": say.tree(display_row(shown, say.words))}
-                for d, shown in zip(form.displacements, form.shown, strict=True)
-            ],
-            "modes": [
-                {
-                    "frequency": mode.frequency,
-                    "square": say(mode.square),
-                    "shape": [say(x) for x in mode.shape],
-                    "closed": mode.is_closed,
-                }
-                for mode in form.modes
-            ],
-            "poles": [[s.real, s.imag] for s in form.poles],
-        }
-    }
-
-
-def _knowing(say: ExpressionPrinter, momenta: Sequence[Momentum]) -> ExpressionPrinter:
-    return say.knowing(with_momenta(say.words, momenta))
-
-
-def _total(say: ExpressionPrinter, parts: Sequence[Expr]) -> str:
-    """Return the sum of terms in their order; 0 without any."""
-    return say.tree(display_sum(parts, say.words)) if parts else "0"
+    words = with_displacements(say.words, form, ModeLetters.of(equations, form))
+    return SMALL_OSCILLATIONS.write(form, say.knowing(words))

@@ -73,6 +73,10 @@ def list_of(entry: JsonType, number: int | None = None) -> ConvertedType:
     return ConvertedType({"type": "array", "items": entry.schema, **count}, convert)
 
 
+#: Names, or other texts.
+NAMES = list_of(TEXT)
+
+
 def by_name(entry: JsonType) -> ConvertedType:
     """Return the type of mappings whose keys are names of the scene, or pairs of these."""
 
@@ -130,17 +134,26 @@ class Key(Generic[_Value]):
         return self.value or attrgetter(self.name)
 
 
-def through(part: Callable[[_Whole], _Part], *keys: Key[_Part]) -> tuple[Key[_Whole], ...]:
-    """Return keys of a part of a value as keys of the whole."""
+def optional(*keys: Key[_Value]) -> tuple[Key[_Value], ...]:
+    """Return keys that are left out where the value is None."""
+    return tuple(Key(k.name, k.type, k.description, k.value, True) for k in keys)
+
+
+def through(part: Callable[[_Whole], _Part | None], *keys: Key[_Part]) -> tuple[Key[_Whole], ...]:
+    """Return keys of a part of a value as keys of the whole; without the part they are None."""
     return tuple(
         Key(k.name, k.type, k.description, _composed(k.getter, part), k.optional) for k in keys
     )
 
 
 def _composed(
-    outer: Callable[[_Part], Any], inner: Callable[[_Whole], _Part]
+    outer: Callable[[_Part], Any], inner: Callable[[_Whole], _Part | None]
 ) -> Callable[[_Whole], Any]:
-    return lambda value: outer(inner(value))
+    def getter(value: _Whole) -> Any:
+        part = inner(value)
+        return None if part is None else outer(part)
+
+    return getter
 
 
 class JsonObject(Generic[_Value]):

@@ -11,6 +11,7 @@ from lagrange_cli.report.values.json_types import (
     BOOLEAN,
     INTEGER,
     MAYBE_NUMBER,
+    NAMES,
     NUMBER,
     REASON,
     TEXT,
@@ -113,7 +114,7 @@ _MOTION: tuple[Key[Trajectory], ...] = (
     Key("steps", INTEGER, "Number of steps."),
     Key("rhs_evaluations", INTEGER, "Number of right-hand sides."),
     Key("reason", REASON, "Why the motion ends before its time; null if it does not."),
-    Key("remarks", list_of(TEXT), "Why another form or chart was taken."),
+    Key("remarks", NAMES, "Why another form or chart was taken."),
     Key("events", list_of(_EVENT), "What happens to contacts."),
 )
 #: The motion alone, without the columns and times of a command.

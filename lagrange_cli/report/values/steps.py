@@ -1,133 +1,239 @@
-"""The steps of a derivation as JSON values."""
+"""The steps of a derivation as JSON; expressions are in the scene language."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import rest_system
-from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.mechanics.step_values import Way
+from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter
 from lagrange_cli.report.contents.steps.writer import StepsWriter
+from lagrange_cli.report.values.expressions import CONDITIONS, by_symbol
+from lagrange_cli.report.values.json_types import (
+    BOOLEAN,
+    EXPRESSION,
+    INTEGER,
+    NAMES,
+    NUMBER,
+    TEXT,
+    ConvertedType,
+    JsonObject,
+    Key,
+    by_name,
+    list_of,
+    one_of,
+    or_null,
+    through,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Sequence
 
-    from sympy import Expr, Symbol
+    from sympy import Expr
 
     from lagrange_cli.analysis.values import Equilibrium
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.step_values import BodySteps, DerivationSteps, ForceSteps, TermSteps
+    from lagrange_cli.mechanics.step_values import (
+        BodySteps,
+        ComponentSteps,
+        CoordinateSteps,
+        ForceSteps,
+        TermSteps,
+        VirtualWork,
+    )
+
+# Equilibria in closed form.
 
 
-def closed_form(
-    point: Equilibrium, names: Sequence[str], say: Callable[[Expr], str]
-) -> dict[str, Any]:
-    """Return an equilibrium in closed form, with the conditions for it to exist, as JSON values.
+class NamedEquilibrium(NamedTuple):
+    """An equilibrium with the names of the coordinates."""
 
-    ``names``: those of the coordinates; ``say`` writes an expression.
-    """
-    pairs = zip(names, map(say, point.exact or ()), strict=False)
-    return {
-        "exact": None if point.exact is None else dict(pairs),
-        "exists": [f"{say(c.smaller)} {c.relation} {say(c.larger)}" for c in point.conditions],
-        "free": list(point.free),
-    }
+    point: Equilibrium
+    names: Sequence[str]
+
+    @property
+    def exact(self) -> dict[str, Expr] | None:
+        exact = self.point.exact
+        return None if exact is None else dict(zip(self.names, exact, strict=True))
 
 
-def steps_report(equations: Equations, steps: DerivationSteps) -> dict[str, Any]:
-    """Return the steps as a JSON value; expressions are in the scene language."""
-    return {"steps": _Reporter(StepsWriter(equations, steps=steps)).report()}
+CLOSED_FORM: tuple[Key[NamedEquilibrium], ...] = (
+    Key("exact", or_null(by_name(EXPRESSION)), "Its coordinates in closed form, or null."),
+    Key("exists", CONDITIONS, "Conditions to exist.", lambda named: named.point.conditions),
+    Key("free", NAMES, "Coordinates that have any value there.", lambda n: n.point.free),
+)
+COMPLETENESS: tuple[Key[Any], ...] = (
+    Key("complete", BOOLEAN, "True if it is proven that there are no others."),
+    Key(
+        "nonzero",
+        NAMES,
+        "Parameters without a value that are not zero where that is proven.",
+    ),
+)
+
+# Steps.
+
+_COMPONENT: JsonObject[ComponentSteps] = JsonObject(
+    Key("name", TEXT, "The Cartesian name."),
+    Key("position", EXPRESSION, "Its value over coordinates and time."),
+    Key(
+        "partials",
+        by_name(EXPRESSION),
+        "Its derivatives by coordinates and time that are not zero.",
+        lambda component: by_symbol(component.partials),
+    ),
+    Key("velocity", EXPRESSION, "Its rate."),
+    Key("acceleration", EXPRESSION, "The rate of that."),
+    Key("force", EXPRESSION, "The applied force along it."),
+)
+_BODY: JsonObject[BodySteps] = JsonObject(
+    Key("name", TEXT, "Name of the particle or point."),
+    Key("mass", or_null(EXPRESSION), "Its mass; null for a point."),
+    Key(
+        "speed_squared",
+        or_null(EXPRESSION),
+        "Its squared speed; null for a point or without a short form.",
+        lambda body: body.square,
+    ),
+    Key("components", list_of(_COMPONENT), "Its x, y and z."),
+)
+_TERM: JsonObject[TermSteps] = JsonObject(
+    Key("name", TEXT, "Its name."),
+    Key("written", EXPRESSION, "The term over Cartesian names and their rates."),
+    Key("expression", EXPRESSION, "The term over the coordinates.", lambda term: term.resolved),
+)
+_FORCE: JsonObject[ForceSteps] = JsonObject(
+    Key("name", TEXT, "Its name."),
+    Key("on", TEXT, "What it acts on."),
+    Key("components", by_name(EXPRESSION), "Its components that are not zero."),
+    Key(
+        "generalized",
+        by_name(EXPRESSION),
+        "The generalized force on each coordinate that is not zero.",
+        lambda force: by_symbol(force.generalized),
+    ),
+)
 
 
-class _Reporter:
-    def __init__(self, writer: StepsWriter) -> None:
-        self._writer = writer
-        self._printer = ScenePrinter()
+class _EquationSteps(NamedTuple):
+    """Lagrange's equation of a coordinate, and the factor that is divided out."""
 
-    def _say(self, expression: Expr) -> str:
-        return self._printer.inline(self._writer.tree(expression))
+    parts: CoordinateSteps
+    coordinate: str
+    divided_by: Expr
 
-    def report(self) -> dict[str, Any]:
-        steps, equations = self._writer.steps, self._writer.equations
-        names = [c.name for c in equations.system.coordinates]
-        return {
-            "by": steps.way,
-            "bodies": [self._body(body) for body in steps.bodies],
-            "kinetic": [self._term(term) for term in steps.kinetic],
-            "potentials": [self._term(term) for term in steps.potentials],
-            "forces": [self._force(force) for force in steps.forces],
-            "coordinates": [
-                {
-                    "coordinate": shown.coordinate,
-                    "momentum": self._say(parts.momentum),
-                    "momentum_rate": self._say(parts.momentum_rate),
-                    "lagrangian_slope": self._say(parts.slope),
-                    "dissipation_slope": self._say(parts.drag),
-                    "residual": self._say(parts.residual),
-                    "divided_by": self._say(shown.divided_by),
-                }
-                for parts, shown in zip(steps.coordinates, equations.derivation.shown, strict=True)
-            ],
-            "virtual_work": [
-                {
-                    "coordinate": name,
-                    "inertia": self._say(parts.inertia),
-                    "work": self._say(parts.work),
-                    "in_coordinates": self._say(parts.coordinates),
-                }
-                for name, parts in zip(names, steps.balances, strict=False)
-            ],
-            **({} if steps.of_motion else {"equilibrium": self._equilibrium()}),
-            "certificate": {
-                "points": steps.states,
-                "digits": equations.derivation.certificate.digits,
-                "mismatch": steps.mismatch,
-                "difference": steps.difference,
-            },
-        }
 
-    def _equilibrium(self) -> dict[str, Any]:
-        """Return the equilibria in closed form, for all values of the parameters."""
-        forms = laws_of_equilibrium(rest_system(self._writer.equations, {}))
-        names = [c.name for c in self._writer.equations.system.coordinates]
-        return {
-            "points": [closed_form(p, names, self._say) for p in (forms.points if forms else ())],
-            "complete": forms is not None and forms.complete,
-            "nonzero": list(forms.nonzero) if forms else [],
-        }
+_EQUATION: JsonObject[_EquationSteps] = JsonObject(
+    Key("coordinate", TEXT, "Name of the coordinate."),
+    *through(
+        lambda steps: steps.parts,
+        Key("momentum", EXPRESSION, "∂L/∂q̇."),
+        Key("momentum_rate", EXPRESSION, "Its rate."),
+        Key("lagrangian_slope", EXPRESSION, "∂L/∂q.", lambda parts: parts.slope),
+        Key("dissipation_slope", EXPRESSION, "∂D/∂q̇.", lambda parts: parts.drag),
+        Key("residual", EXPRESSION, "The equation before anything is divided out."),
+    ),
+    Key("divided_by", EXPRESSION, "The factor by which the shown equation is divided."),
+)
+_BALANCE: JsonObject[tuple[str, VirtualWork]] = JsonObject(
+    Key("coordinate", TEXT, "Name of the coordinate.", lambda pair: pair[0]),
+    *through(
+        lambda pair: pair[1],
+        Key("inertia", EXPRESSION, "Σ m r̈·∂r/∂q."),
+        Key("work", EXPRESSION, "Σ F·∂r/∂q, which is subtracted."),
+        Key(
+            "in_coordinates",
+            EXPRESSION,
+            "What is added for terms that act on no particle.",
+            lambda parts: parts.coordinates,
+        ),
+    ),
+)
+_CERTIFICATE: JsonObject[StepsWriter] = JsonObject(
+    Key("points", INTEGER, "Number of random states.", lambda writer: writer.steps.states),
+    Key(
+        "digits",
+        INTEGER,
+        "Decimal digits of the arithmetic.",
+        lambda writer: writer.equations.derivation.certificate.digits,
+    ),
+    *through(
+        lambda writer: writer.steps,
+        Key("mismatch", NUMBER, "Largest relative mismatch of a line."),
+        Key("difference", NUMBER, "Largest difference between the two ways."),
+    ),
+)
 
-    def _body(self, body: BodySteps) -> dict[str, Any]:
-        return {
-            "name": body.name,
-            "mass": None if body.mass is None else self._say(body.mass),
-            "speed_squared": None if body.square is None else self._say(body.square),
-            "components": [
-                {
-                    "name": part.name,
-                    "position": self._say(part.position),
-                    "partials": self._by_symbol(part.partials),
-                    "velocity": self._say(part.velocity),
-                    "acceleration": self._say(part.acceleration),
-                    "force": self._say(part.force),
-                }
-                for part in body.components
-            ],
-        }
 
-    def _term(self, term: TermSteps) -> dict[str, str]:
-        return {
-            "name": term.name,
-            "written": self._say(term.written),
-            "expression": self._say(term.resolved),
-        }
+class _Equilibria(NamedTuple):
+    """Equilibria in closed form for all values of the parameters."""
 
-    def _force(self, force: ForceSteps) -> dict[str, Any]:
-        return {
-            "name": force.name,
-            "on": force.on,
-            "components": {name: self._say(e) for name, e in force.components},
-            "generalized": self._by_symbol(force.generalized),
-        }
+    points: list[NamedEquilibrium]
+    complete: bool
+    nonzero: tuple[str, ...]
 
-    def _by_symbol(self, values: Iterable[tuple[Symbol, Expr]]) -> dict[str, str]:
-        return {symbol.name: self._say(value) for symbol, value in values}
+
+_EQUILIBRIA: JsonObject[_Equilibria] = JsonObject(
+    Key("points", list_of(JsonObject(*CLOSED_FORM)), "The equilibria."), *COMPLETENESS
+)
+
+
+def _equilibria(writer: StepsWriter) -> _Equilibria | None:
+    """Return the equilibria if the steps lead to these."""
+    if writer.steps.of_motion:
+        return None
+    forms = laws_of_equilibrium(rest_system(writer.equations, {}))
+    if forms is None:
+        return _Equilibria([], False, ())
+    names = [c.name for c in writer.equations.system.coordinates]
+    points = [NamedEquilibrium(point, names) for point in forms.points]
+    return _Equilibria(points, forms.complete, tuple(forms.nonzero))
+
+
+def _equations(writer: StepsWriter) -> list[_EquationSteps]:
+    pairs = zip(writer.steps.coordinates, writer.equations.derivation.shown, strict=True)
+    return [_EquationSteps(parts, shown.coordinate, shown.divided_by) for parts, shown in pairs]
+
+
+def _balances(writer: StepsWriter) -> list[tuple[str, VirtualWork]]:
+    names = [c.name for c in writer.equations.system.coordinates]
+    return list(zip(names, writer.steps.balances, strict=False))
+
+
+_STEPS: JsonObject[StepsWriter] = JsonObject(
+    *through(
+        lambda writer: writer.steps,
+        Key("by", one_of(*get_args(Way)), "The way.", lambda steps: steps.way),
+        Key("bodies", list_of(_BODY), "Positions and their rates."),
+        Key("kinetic", list_of(_TERM), "Kinetic terms of the scene."),
+        Key("potentials", list_of(_TERM), "Potentials of the scene."),
+        Key("forces", list_of(_FORCE), "Forces of the scene."),
+    ),
+    Key("coordinates", list_of(_EQUATION), "Lagrange's equations part by part.", _equations),
+    Key(
+        "virtual_work",
+        list_of(_BALANCE),
+        "Parts of the coefficients of δq by d'Alembert or virtual work, else none.",
+        _balances,
+    ),
+    Key(
+        "equilibrium",
+        _EQUILIBRIA,
+        "With --by virtual-work: the equilibria for all values of the parameters.",
+        _equilibria,
+        optional=True,
+    ),
+    Key("certificate", _CERTIFICATE, "The comparison of all lines.", lambda writer: writer),
+)
+
+
+def _written(equations: Equations, _: ExpressionPrinter) -> dict[str, Any]:
+    """Write steps in the scene language, whatever the language of the report."""
+    assert equations.derivation.steps is not None
+    writer = StepsWriter(equations, steps=equations.derivation.steps)
+    return _STEPS.write(writer, ExpressionPrinter(writer.words, ScenePrinter()))
+
+
+#: The steps of equations that have some.
+STEPS = ConvertedType(_STEPS.schema, _written)

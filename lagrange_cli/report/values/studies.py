@@ -8,6 +8,7 @@ from lagrange_cli.report.values.json_types import (
     BOOLEAN,
     INTEGER,
     MAYBE_NUMBER,
+    NAMES,
     NUMBER,
     REASON,
     TEXT,
@@ -341,6 +342,6 @@ STRESS: JsonObject[Stress] = JsonObject(
     Key("name", TEXT, "Name of the scene."),
     Key("budget", NUMBER, "Seconds that the run of a point was allowed."),
     Key("points", list_of(_POINT), "The points.", lambda stress: stress.runs),
-    Key("left_out", list_of(TEXT), "Axes of which the scene has no points."),
+    Key("left_out", NAMES, "Axes of which the scene has no points."),
     Key("summary", _COUNTS, "Number of points of each outcome.", lambda stress: stress.counts),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.layout import Piece, columns, joined
 from lagrange_cli.notation.page import Block, Row, formula, words
@@ -120,33 +120,3 @@ def contact_rows(
         rows.append(formula(label, " = ", pieces(loss.force)))
         rows.append(Row("", " " * (columns(label) + 3), words(lines.lost(loss, losses))))
     return [*rows, *(Row("", "  ", words(line)) for line in lines.constants(losses))]
-
-
-def contacts_report(losses: ContactLosses | None, say: Callable[[Expr], str]) -> dict[str, Any]:
-    """Return losses of contacts as values that JSON can hold; nothing if there are none."""
-    if losses is None:
-        return {}
-    return {
-        "contacts": {
-            "closed": [_contact(loss, say) for loss in losses.contacts],
-            "constants": {c.symbol.name: c.value for c in losses.constants},
-        }
-    }
-
-
-def _contact(loss: ContactLoss, say: Callable[[Expr], str]) -> dict[str, Any]:
-    return {
-        "name": loss.name,
-        "force": say(loss.force),
-        "at_start": loss.at_start,
-        "zeros": [
-            {
-                "condition": f"{say(zero.left)} = {say(zero.right)}",
-                "angle": None if zero.angle is None else " = ".join(map(say, zero.angle)),
-                "value": zero.number,
-            }
-            for zero in loss.zeros
-        ],
-        "reason": loss.reason or None,
-        "continuous": not loss.jumps,
-    }

@@ -1,0 +1,221 @@
+"""Equilibria and steady motions as JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from lagrange_cli.report.values.expressions import (
+    CONDITIONS,
+    VERDICT,
+    coordinate_names,
+)
+from lagrange_cli.report.values.json_types import (
+    BOOLEAN,
+    EXPRESSION,
+    INTEGER,
+    MAYBE_NUMBER,
+    NAMES,
+    NUMBER,
+    TEXT,
+    ConvertedType,
+    JsonObject,
+    Key,
+    by_name,
+    list_of,
+    optional,
+    or_null,
+    through,
+)
+from lagrange_cli.report.values.steps import CLOSED_FORM, COMPLETENESS, NamedEquilibrium
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lagrange_cli.analysis.equilibria.steady import SteadyForm
+    from lagrange_cli.analysis.result import Analysis
+    from lagrange_cli.analysis.values import (
+        AbsentEquilibrium,
+        Equilibria,
+        Turning,
+    )
+
+
+def _named(names: Sequence[str], values: Iterable[Any] | None) -> dict[str, Any] | None:
+    return None if values is None else dict(zip(names, values, strict=True))
+
+
+def _numbers(names: Sequence[str], values: Iterable[Any] | None) -> dict[str, float | None]:
+    """Return numbers in doubles by name, None where they are not known."""
+    if values is None:
+        return dict.fromkeys(names)
+    return dict(zip(names, map(float, values), strict=True))
+
+
+class _Turning(NamedTuple):
+    """Momenta and rates of ignored coordinates, and their names."""
+
+    turning: Turning
+    momenta: list[str]
+    rates: list[str]
+
+
+class _Point(NamedTuple):
+    """An equilibrium, the names of the coordinates, and what turns in a steady motion."""
+
+    named: NamedEquilibrium
+    turning: _Turning | None = None
+
+
+def _points(value: FoundEquilibria) -> list[_Point]:
+    equilibria, steady, names = value
+    points = []
+    for point in equilibria.points:
+        turning = None
+        if point.turning is not None and steady is not None:
+            momenta = [m.symbol.name for m in steady.momenta]
+            rates = [m.coordinate.v.name for m in steady.momenta]
+            turning = _Turning(point.turning, momenta, rates)
+        points.append(_Point(NamedEquilibrium(point, names), turning))
+    return points
+
+
+AT: Key[NamedEquilibrium] = Key(
+    "at",
+    by_name(MAYBE_NUMBER),
+    "The coordinates that rest there; null if a parameter lacks its value.",
+    lambda named: _numbers(named.names, named.point.position),
+)
+_REST: tuple[Key[_Point], ...] = through(
+    lambda point: point.named,
+    AT,
+    *CLOSED_FORM,
+    Key(
+        "isolated",
+        BOOLEAN,
+        "False if it is proven to be part of a continuum.",
+        lambda named: named.point.isolated and not named.point.free,
+    ),
+    *through(
+        lambda named: named.point.stability,
+        Key("stability", or_null(VERDICT), "What is proven of it.", lambda s: s.verdict),
+        Key("reason", or_null(TEXT), "The theorem that proves this."),
+    ),
+    Key(
+        "stable_where",
+        CONDITIONS,
+        "Conditions for the stability of what is undecided for lack of values.",
+        lambda named: named.point.stability.stable_where if named.point.stability else (),
+    ),
+)
+_OF_STEADY: tuple[Key[_Point], ...] = through(
+    lambda point: point.turning,
+    Key(
+        "momenta",
+        by_name(MAYBE_NUMBER),
+        "With --steady: momenta of the ignored coordinates.",
+        lambda of_point: _numbers(of_point.momenta, of_point.turning.momenta),
+    ),
+    Key(
+        "exact_momenta",
+        or_null(by_name(EXPRESSION)),
+        "With --steady: these in closed form, or null.",
+        lambda of_point: _named(of_point.momenta, of_point.turning.exact_momenta),
+    ),
+    Key(
+        "rates",
+        by_name(MAYBE_NUMBER),
+        "With --steady: rates of the ignored coordinates.",
+        lambda of_point: _numbers(of_point.rates, of_point.turning.rates),
+    ),
+    Key(
+        "exact_rates",
+        or_null(by_name(EXPRESSION)),
+        "With --steady: these in closed form, or null.",
+        lambda of_point: _named(of_point.rates, of_point.turning.exact_rates),
+    ),
+)
+_EQUILIBRIUM, _STEADY_MOTION = JsonObject(*_REST), JsonObject(*_REST, *_OF_STEADY)
+_POINT = ConvertedType(
+    JsonObject(*_REST, *optional(*_OF_STEADY)).schema,
+    lambda p, say: (_STEADY_MOTION if p.turning else _EQUILIBRIUM).write(p, say),
+)
+STEADY: JsonObject[SteadyForm] = JsonObject(
+    Key(
+        "ignored",
+        NAMES,
+        "Names of the ignored coordinates.",
+        lambda form: [m.coordinate.name for m in form.momenta],
+    ),
+    Key("momenta", NAMES, "Names of their momenta.", lambda form: [m.name for m in form.momenta]),
+    Key(
+        "given",
+        by_name(MAYBE_NUMBER),
+        "The momenta or rates that are given.",
+        lambda form: {symbol.name: value for symbol, value in form.given_values},
+    ),
+)
+
+
+class _Absent(NamedTuple):
+    point: AbsentEquilibrium
+    names: Sequence[str]
+
+
+class FoundEquilibria(NamedTuple):
+    """The equilibria of an analysis, and the names of the coordinates that rest there."""
+
+    equilibria: Equilibria
+    steady: SteadyForm | None
+    names: list[str]
+
+
+def found_equilibria(analysis: Analysis) -> FoundEquilibria | None:
+    """Return the equilibria of an analysis, None without any."""
+    names = coordinate_names(analysis.rest_equations)
+    equilibria = analysis.equilibria
+    return None if equilibria is None else FoundEquilibria(equilibria, analysis.steady, names)
+
+
+_ABSENT: JsonObject[_Absent] = JsonObject(
+    Key(
+        "exact",
+        by_name(EXPRESSION),
+        "Its coordinates in closed form.",
+        lambda absent: _named(absent.names, absent.point.exact),
+    ),
+    Key("exists", CONDITIONS, "Conditions to exist.", lambda absent: absent.point.conditions),
+)
+_SEARCH: tuple[Key[FoundEquilibria], ...] = (
+    Key(
+        "absent",
+        list_of(_ABSENT),
+        "Equilibria that exist for other parameters.",
+        lambda value: [_Absent(point, value.names) for point in value.equilibria.absent],
+    ),
+    *through(
+        lambda value: value.equilibria,
+        *COMPLETENESS,
+        Key("starts", INTEGER, "Starts of the numeric search, 0 if none was needed."),
+        Key(
+            "held",
+            by_name(NUMBER),
+            "Inputs that vary with time, and their values here.",
+            lambda equilibria: equilibria.held_inputs,
+        ),
+    ),
+    Key(
+        "near",
+        list_of(by_name(NUMBER)),
+        "Configurations near which numbers balance, without a proof.",
+        lambda value: [_numbers(value.names, near.position) for near in value.equilibria.unproven],
+    ),
+)
+EQUILIBRIA: tuple[Key[FoundEquilibria], ...] = (
+    Key(
+        "equilibria",
+        or_null(list_of(_POINT)),
+        "Equilibria, or steady motions.",
+        _points,
+    ),
+    *optional(*_SEARCH),
+)
