@@ -120,7 +120,7 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     try:
         linear = analyze(equations, ("linearization",)).linearization
         assert linear is not None
-        _require_stable(linear)
+        _require_oscillations(linear)
         motions = analyze(equations, ("modes",)).modes or ()
     except InputError as refusal:
         located = (
@@ -163,7 +163,11 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     )
 
 
-def _require_stable(linear: Linearization) -> None:
+def _require_oscillations(linear: Linearization) -> None:
+    """Refuse an unstable equilibrium, and fewer independent velocities than positions."""
+    if linear.stiffness.shape[0] < linear.stiffness.shape[1]:
+        message = "there are no small oscillations: constraints of velocities leave positions free"
+        raise InputError(Problem(message, rule="no-oscillations"))
     stability = linear.at.stability
     if stability is not None and stability.verdict == "unstable":
         message = "there are no small oscillations: no equilibrium that was found is stable"

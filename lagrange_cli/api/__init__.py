@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cache import Cache, Removed, open_cache
     from lagrange_cli.check import Report, SceneReport, check_paths, scenes_in
     from lagrange_cli.mechanics.step_values import Way
+    from lagrange_cli.report.values.reports import REPORTS, report_schema, report_values
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.schema import scene_schema
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from lagrange_cli.studies.section.result import Section
 
 __all__ = [
+    "REPORTS",
     "Cache",
     "Checkpoint",
     "Cluster",
@@ -55,6 +57,8 @@ __all__ = [
     "loads",
     "methods",
     "open_cache",
+    "report_schema",
+    "report_values",
     "sampled",
     "scene_schema",
     "scenes_in",
@@ -70,6 +74,7 @@ _OFFERED = {
     "cache": ("Cache", "Removed", "open_cache"),
     "check": ("Report", "SceneReport", "check_paths", "scenes_in"),
     "mechanics.step_values": ("Way",),
+    "report.values.reports": ("REPORTS", "report_schema", "report_values"),
     "scene.conditions": ("Formulation",),
     "scene.schema": ("scene_schema",),
     "simulate.checkpoint.checkpoint": ("Checkpoint",),

@@ -1,32 +1,39 @@
-"""``lagrange schema``: JSON Schema of the scene language, for editors."""
+"""``lagrange schema``: JSON Schema of the scene language, for editors, and of reports."""
 
 from __future__ import annotations
 
-import json
-
 import click
 
-from lagrange_cli.api import scene_schema
+from lagrange_cli.api import REPORTS, report_schema, scene_schema
 from lagrange_cli.cli import options
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_text
 from lagrange_cli.files import write_file
+from lagrange_cli.report.tables import json_text
 
 
 @click.command(cls=Command)
+@click.option(
+    "--report",
+    type=click.Choice(list(REPORTS)),
+    metavar="NAME",
+    help=f"The schema of what --json writes instead: {', '.join(REPORTS)}.",
+)
 @options.file(
     "-o --output",
     "Write it to this .json file.  [default: print it]",
     callback=options.writable_as(".json"),
 )
 @options.traceback
-def schema(output: str | None) -> None:
+def schema(report: str | None, output: str | None) -> None:
     """Print the JSON Schema of the scene language, by which editors complete and check scenes.
 
     A first line '# yaml-language-server: $schema=scene.schema.json' in a scene
-    tells editors where it is.
+    tells editors where it is. With --report print the JSON Schema of what a command writes
+    with --json, by which other programs read and check it.
     """
-    text = json.dumps(scene_schema(), indent=2) + "\n"
+    value = scene_schema() if report is None else report_schema(report)
+    text = json_text(value)
     if output is None:
         print_text(text, "json")
     else:

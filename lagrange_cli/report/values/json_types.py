@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from operator import attrgetter, methodcaller
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
-import numpy as np
-
 #: A part of a JSON Schema.
 Schema: TypeAlias = dict[str, Any]
 
@@ -63,10 +61,13 @@ def one_of(*values: str) -> ConvertedType:
 
 
 def list_of(entry: JsonType, number: int | None = None) -> ConvertedType:
-    """Return the type of lists, of NumPy arrays too; ``number``: of entries, None for any."""
+    """Return the type of lists, of NumPy arrays too; ``number``: of entries, None for any.
+
+    NumPy is not imported for that: reports of checks and of the cache do without.
+    """
 
     def convert(values: Any, say: Any) -> list[Any]:
-        listed = values.tolist() if isinstance(values, np.ndarray) else values
+        listed = values.tolist() if hasattr(values, "tolist") else values
         return [entry.write(value, say) for value in listed]
 
     count = {} if number is None else {"minItems": number, "maxItems": number}

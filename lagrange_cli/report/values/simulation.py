@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -167,8 +167,11 @@ class SimulatedMembers:
 
     def failed(self, most: int | None = None) -> list[dict[str, Any]]:
         """Return the members that are not ``ok``, or the first ones, as JSON values."""
-        failures = islice(self.store.failures(), most)
-        return [_FAILED.write(_FailedMember(self.members, failure)) for failure in failures]
+        return [_FAILED.write(failed) for failed in islice(self.failures(), most)]
+
+    def failures(self) -> Iterator[FailedMember]:
+        """Yield the members that are not ``ok``."""
+        return (FailedMember(self.members, failure) for failure in self.store.failures())
 
     def reduced(self) -> dict[str, tuple[NumberRange, float]]:
         """Return reduction, as it was written → range of its numbers, and their largest error."""
@@ -177,12 +180,14 @@ class SimulatedMembers:
         return {n: (ranges[f"reduced/{n}"], ranges[f"reduced_error/{n}"].largest) for n in names}
 
 
-class _FailedMember(NamedTuple):
+class FailedMember(NamedTuple):
+    """A member that is not ``ok``, with the values of all."""
+
     members: Members
     failure: Failure
 
 
-_FAILED: JsonObject[_FailedMember] = JsonObject(
+_FAILED: JsonObject[FailedMember] = JsonObject(
     Key("member", INTEGER, "Its number, from 0.", lambda failed: failed.failure.member),
     Key(
         "values",
@@ -222,7 +227,7 @@ ENSEMBLE: JsonObject[SimulatedMembers] = JsonObject(
         lambda simulated: sum(simulated.counts().values()),
     ),
     Key("counts", by_name(INTEGER), "Number of members of each status.", lambda s: s.counts()),
-    Key("failed", list_of(_FAILED), "Members that are not ok.", lambda s: s.failed()),
+    Key("failed", list_of(_FAILED), "Members that are not ok.", lambda s: s.failures()),
     Key(
         "estimated",
         MAYBE_NUMBER,
