@@ -17,7 +17,7 @@ from lagrange_cli.report.tables import json_text
     "--report",
     type=click.Choice(list(REPORTS)),
     metavar="NAME",
-    help=f"The schema of what --json writes instead: {', '.join(REPORTS)}.",
+    help=f"The schema of what --json writes: {', '.join(REPORTS)}.  [default: scenes]",
 )
 @options.file(
     "-o --output",
