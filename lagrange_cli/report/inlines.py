@@ -306,19 +306,21 @@ class Inline(Written):
 class Listed(Written):
     """Parts with a text between them, as a comma; labels are formulas within the line.
 
-    ``opens``: true if the first letter is a capital.
+    ``opens``: true if the first letter is a capital, false if it is small, None if it stays.
     """
 
     parts: tuple[Written | str, ...]
     between: str = ", "
-    opens: bool = False
+    opens: bool | None = None
 
     def __bool__(self) -> bool:
         return bool(self.parts)
 
     def write(self, to: Lettering) -> str:
         text = self.between.join(map(to.within, self.parts))
-        return text[:1].upper() + text[1:] if self.opens else text
+        if self.opens is None:
+            return text
+        return (text[:1].upper() if self.opens else text[:1].lower()) + text[1:]
 
 
 @dataclass(frozen=True)
@@ -384,6 +386,11 @@ def in_parentheses(text: Text, *remarks: Text) -> Listed:
 def opened(text: Written) -> Listed:
     """Return a text whose first letter is a capital."""
     return Listed((text,), opens=True)
+
+
+def closed(text: Written) -> Listed:
+    """Return a text whose first letter is small."""
+    return Listed((text,), opens=False)
 
 
 Text: TypeAlias = Written | str

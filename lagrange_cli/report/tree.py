@@ -8,28 +8,45 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.inlines import Text, Written
+from lagrange_cli.report.inlines import Listed, Text, Written, in_parentheses, say
+
+#: Readers that a block may be for: those of a document, those of a terminal.
+Medium: TypeAlias = Literal["document", "terminal"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Visible:
+    """A part of a section.
+
+    Attributes
+    ----------
+    only
+        The readers that it is for; None for all. A terminal is terser than a document: it has
+        remarks at the ends of lines where a document has sentences.
+    """
+
+    only: Medium | None = None
 
 
 @dataclass(frozen=True)
-class Paragraph:
+class Paragraph(Visible):
     """A paragraph."""
 
     text: Text
 
 
 @dataclass(frozen=True)
-class Title:
+class Title(Visible):
     """The particle, coordinate or force that the next formulas are about."""
 
     text: Text
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(Visible):
     """A general formula on a line of its own.
 
     ``ends``: false if the sentence goes on after it.
@@ -40,7 +57,7 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Formula:
+class Formula(Visible):
     """``label = middle = first = second``; without a label ``first = 0`` or ``first = second``.
 
     Attributes
@@ -59,6 +76,8 @@ class Formula:
         The values of its indices, or empty.
     components
         Those of a vector that the label is, or none.
+    aside
+        A remark that a terminal has at the end of the line, or empty.
     """
 
     label: Text
@@ -68,10 +87,11 @@ class Formula:
     multiplier: Text = ""
     ranges: Text = ""
     components: tuple[Text, ...] = ()
+    aside: Text = ""
 
 
 @dataclass(frozen=True)
-class Formulas:
+class Formulas(Visible):
     """Formulas below each other, aligned at their signs of equality.
 
     Attributes
@@ -87,7 +107,7 @@ class Formulas:
 
 
 @dataclass(frozen=True)
-class Table:
+class Table(Visible):
     """A table.
 
     Attributes
@@ -113,38 +133,87 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Bullets:
+class Bullets(Visible):
     """A list."""
 
     items: tuple[Text, ...]
 
 
 @dataclass(frozen=True)
-class Labelled:
+class Labelled(Visible):
     """Short names, each with what belongs to it: a list of terms."""
 
     rows: tuple[tuple[Text, Text], ...]
 
 
 @dataclass(frozen=True)
-class Verbatim:
+class Statements(Visible):
+    """Equations and inequalities as a scene has them, each with its name and a remark."""
+
+    rows: tuple[tuple[Text, Text, Text], ...]
+
+
+@dataclass(frozen=True)
+class Packed(Visible):
+    """Short items and formulas, which stand beside each other where there is room.
+
+    Attributes
+    ----------
+    heading, items
+        What stands before them, and the items.
+    rows
+        The formulas.
+    """
+
+    heading: Text
+    items: tuple[Text, ...]
+    rows: tuple[Formula, ...] = ()
+
+
+@dataclass(frozen=True)
+class Verbatim(Visible):
     """Lines of characters of one width, as a diagram of letters."""
 
     lines: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Picture:
+class Picture(Visible):
     """The sketch of the system, which a format draws in its way."""
 
 
 Block: TypeAlias = (
-    Paragraph | Title | Law | Formulas | Table | Bullets | Labelled | Verbatim | Picture
+    Paragraph
+    | Title
+    | Law
+    | Formulas
+    | Table
+    | Bullets
+    | Labelled
+    | Statements
+    | Packed
+    | Verbatim
+    | Picture
 )
 """A part of a section; steps have no tables, bullets and pictures."""
 
 Part: TypeAlias = Block | Text
 """A part of a section, where words by themselves are a paragraph."""
+
+
+def statement_item(row: tuple[Text, Text, Text]) -> Written:
+    """Return an equation with its name and the remark on it as an item of a list."""
+    name, text, remark = row
+    item = say("{name}: {value}", name=name, value=text)
+    return in_parentheses(item, remark) if remark else item
+
+
+def simpler(block: Statements | Packed) -> tuple[Block, ...]:
+    """Return a block of a terminal as those that documents have."""
+    if isinstance(block, Statements):
+        return (Bullets(tuple(map(statement_item, block.rows))),)
+    whole = say("{name}: {value}", name=block.heading, value=Listed(block.items))
+    return (Paragraph(say("{text}.", text=whole)), Formulas(block.rows))
 
 
 @dataclass(frozen=True)
@@ -159,19 +228,61 @@ class Section:
         What stands below it.
     name
         The name of the part of a document that it is, by which labels are told apart.
+    terse
+        The heading in a terminal if it is another one; None if a terminal has none.
+    lead
+        What a terminal has behind it on the same line, broken between the texts.
+    gap
+        Blanks or a sign between the two.
+    margin
+        Columns before formulas in a terminal that are aligned at their signs, as on a board; None
+        for formulas behind their names, with remarks.
     """
 
     heading: Text
     blocks: tuple[Block, ...]
     name: str = ""
+    terse: Text | None = ""
+    lead: tuple[Text, ...] = ()
+    gap: str = "   "
+    margin: int | None = None
+
+    def seen_by(self, medium: Medium) -> Section:
+        """Return the section with the parts that are for some readers."""
+        shown: list[Block] = []
+        for block in self.blocks:
+            if block.only not in (None, medium):
+                continue
+            if isinstance(block, Formulas):
+                rows = tuple(row for row in block.rows if row.only in (None, medium))
+                shown += [replace(block, rows=rows)] if rows else []
+            else:
+                shown.append(block)
+        return replace(self, blocks=tuple(shown))
 
 
-def section(heading: Text, *blocks: Part | None) -> Section | None:
+def seen(sections: Iterable[Section], medium: Medium) -> list[Section]:
+    """Return the sections that hold anything for some readers, with what is for them."""
+    shown = (section.seen_by(medium) for section in sections)
+    return [s for s in shown if s.blocks or (s.lead and medium == "terminal")]
+
+
+def section(
+    heading: Text,
+    *blocks: Part | None,
+    terse: Text | None = "",
+    lead: tuple[Text, ...] = (),
+    gap: str = "   ",
+) -> Section | None:
     """Return a section of the blocks that there are; None if none holds anything."""
     parts = (Paragraph(b) if isinstance(b, Written | str) else b for b in blocks if b)
     shown = tuple(b for b in parts if not (isinstance(b, Formulas) and not b.rows))
-    return Section(heading, shown) if shown else None
+    if not (shown or lead):
+        return None
+    return Section(heading, shown, terse=terse, lead=lead, gap=gap)
 
 
-def formulas(rows: Iterable[Formula], *, result: bool = False) -> Formulas:
-    return Formulas(tuple(rows), result)
+def formulas(
+    rows: Iterable[Formula], *, result: bool = False, only: Medium | None = None
+) -> Formulas:
+    return Formulas(tuple(rows), result, only=only)

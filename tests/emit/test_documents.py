@@ -301,4 +301,4 @@ def test_parameters_of_which_nothing_is_known_are_a_sentence(to, told):
 
 def test_parameters_of_which_nothing_is_known_are_one_line_of_text():
     derivation = loads(BARE, file="it.yaml").derive()
-    assert "\nParameters   m, k\n" in derivation_text(derivation.equations, sections="system")
+    assert "\n  Parameters: m, k.\n" in derivation_text(derivation.equations, sections="system")

@@ -73,7 +73,7 @@ def test_text_with_a_multiplier_that_is_an_unknown():
     assert "f_x = 2 λ_rod x" in shown
     assert "force on bob = 2 λ_rod √(x² + z²)" in shown
     assert "λ_rod =" not in shown
-    assert "multipliers and accelerations are those of the equations of motion" in shown
+    assert "Multipliers and accelerations are those of the equations of motion" in shown
 
 
 def test_ascii_is_in_the_scene_language():
@@ -84,10 +84,10 @@ def test_ascii_is_in_the_scene_language():
 
 def test_what_is_passed_on_is_said():
     shown = section(derivation_text(found(WHEEL), width=100))
-    assert "these include the term spin, because it is written in coordinates" in shown
+    assert "These include the term spin, because it is written in coordinates" in shown
     sprung = WHEEL + "forces: {motor: {on: phi, force: k}}\n"
     shown = section(derivation_text(found(sprung), width=100))
-    assert "the force on wheel is not unique: what spin, motor exerts is written in" in shown
+    assert "The force on wheel is not unique: what spin, motor exerts is written in" in shown
     assert "f_" not in shown
     assert "none" not in shown
 

@@ -89,12 +89,10 @@ def test_explicit_form():
     assert heading + "  r̈ = (M r θ̇² - m g) / (M + m)\n  θ̈ = -2 ṙ θ̇ / r\n" in text
 
 
-def test_more_than_two_coupled_stay_a_matrix():
+def test_more_than_two_coupled_stay_a_linear_system():
     text = derivation_text(chain_pendulum(3), form="explicit")
-    assert "  M (θ̈1, θ̈2, θ̈3) = f with\n" in text
-    assert "  M[θ1, θ3] = m3 l1 l3 cos(θ1 - θ3)\n" in text
-    assert "M[θ3, θ1]" not in text
-    assert text.count("  f[θ") == 3
+    assert "Equations of motion, not solved for the accelerations, as a linear system\n" in text
+    assert "  m3 l1 l3 θ̈1 cos(θ1 - θ3) + m3 l2 l3 θ̈2 cos(θ2 - θ3) + m3 l3² θ̈3\n    = " in text
 
 
 @cache
@@ -197,9 +195,9 @@ def test_quantities_make_way_for_the_scenes_own_letters():
 def test_nothing_left_to_move():
     fixed = build("fixed", (), (), sympy.Integer(0), sympy.Integer(0))
     text = derivation_text(fixed)
-    assert "Coordinates   none\n" in text
-    assert "  none: nothing can move\n" in text
-    assert derivation_text(fixed, form="explicit").count("none: nothing can move") == 1
+    assert "  No coordinate is left: nothing can move.\n" in text
+    assert "Equations of motion\n  There are none.\n" in text
+    assert derivation_text(fixed, form="explicit").count("There are none.") == 1
 
 
 @pytest.mark.parametrize("ascii_only", [False, True])
@@ -297,8 +295,6 @@ def test_no_letter_has_two_meanings(letter):
     words = "Degrees of freedom   6 Cartesian coordinates, 1 further coordinate, 4 independent"
     assert (counts in text) == (letter in "Mf")
     assert (words in text) == (letter in "KN")
-    assert ("  M_mass (" if letter == "M" else "  M (") in text
-    assert ("f_gen with\n" if letter == "f" else " = f with\n") in text
     assert "Lagrangian does not depend on t" in text
     document = latex_document(equations)
     written = "There are 6 Cartesian coordinates, 1 further coordinate, 4 independent constraints,"

@@ -16,12 +16,15 @@ from lagrange_cli.report.tree import (
     Formulas,
     Labelled,
     Law,
+    Packed,
     Paragraph,
     Picture,
     Section,
+    Statements,
     Table,
     Title,
     Verbatim,
+    simpler,
 )
 from lagrange_cli.report.writers.latex.letters import LatexLetters
 from lagrange_cli.report.writers.latex.typesetter import Typesetter
@@ -109,6 +112,8 @@ def _block(block: Block, setter: Typesetter) -> Iterator[str]:
             yield "\n".join(f"- **{label}**: {text}" for label, text in pairs)
         case Verbatim(lines):
             yield "\n".join(["```text", *lines, "```"])
+        case Statements() | Packed():
+            yield from (text for one in simpler(block) for text in _block(one, setter))
         case Picture():
             pass
 

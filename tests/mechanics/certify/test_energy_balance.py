@@ -112,7 +112,7 @@ def test_what_was_not_searched_is_not_denied() -> None:
         loads(FREE).derive().equations
     )
     doubtful = changed(equations, open_questions=("x", "p_x", "energy"))
-    assert "\n  not decided: p_x, E\n" in derivation_text(doubtful)
+    assert "\n  Of p_x, E this is not decided.\n" in derivation_text(doubtful)
     assert derivation_report(doubtful)["undecided"] == ["p_x", "energy"]
     assert "Of $p_{x}$, $E$ this is not decided." in latex_document(doubtful)
     (document,) = loads(FREE).derive().emit("latex").values()

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
 from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
 from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
@@ -77,14 +78,15 @@ def conserved(
     heading = say("Conserved quantities")
     names = Listed(tuple(Inline(_named(writer, name)) for name in undecided(equations)))
     doubts = Paragraph(say("Of {names} this is not decided.", names=names)) if names else None
-    quantities = equations.derivation.conserved
+    quantities, terse = equations.derivation.conserved, say("Conserved")
     if not quantities and not further:
-        if searched is None and not names:
-            return section(heading, Paragraph(none_conserved_line(equations)), doubts)
         none = none_conserved_line(equations)
         if searched is not None:
             none = Listed((say("none"), searched), between=" ")
-        return section(heading, Paragraph(opened(say("{text}.", text=none))), doubts)
+        is_sentence = searched is None and not names
+        whole = none if is_sentence else opened(say("{text}.", text=none))
+        shown = Paragraph(whole, only="document")
+        return section(heading, shown, doubts, terse=terse, lead=(none,))
     rows, sentences = [], []
     for one in writer.with_families("momenta", len(quantities)):
         quantity = quantities[one.covers[0] if isinstance(one, FamilyRow) else one]
@@ -92,25 +94,44 @@ def conserved(
         if isinstance(one, FamilyRow):
             subject = symbol(one.name)
             letter = below("p", subject)
-            rows.append(writer.family_row(letter, one))
+            row = writer.family_row(letter, one)
         else:
-            rows.append(_row(writer, quantity))
-        sentences.append(_because(conserved_reason(equations, quantity, subject), letter))
+            row = _row(writer, quantity)
+        reason = conserved_reason(equations, quantity, subject)
+        rows.append(replace(row, aside=_remark(writer, quantity, reason)))
+        sentences.append(_because(reason, letter))
     rows += [extra.row for extra in further]
     sentences += [_because(extra.reason, extra.symbol) for extra in further]
     among = searched or say("among cyclic momenta and energy")
     listed = say("{name}: {value}", name=among, value=Listed(tuple(sentences), between="; "))
     return section(
         heading,
-        Paragraph(say("{text}:", text=opened(listed))),
+        Paragraph(say("{text}:", text=opened(listed)), only="document"),
         formulas(rows, result=True),
-        *(
-            angular_momentum_sentence(writer, quantity, _symbol(writer, quantity))
-            for quantity in quantities
-        ),
+        *_axes(writer),
         start_sentence(writer, lambda quantity: _symbol(writer, quantity)),
         doubts,
+        terse=terse,
+        lead=(among,),
+        gap=" ",
     )
+
+
+def _axes(writer: DocumentWriter) -> Iterator[Paragraph]:
+    """Say which momenta are angular momenta, a sentence each."""
+    for quantity in writer.equations.derivation.conserved:
+        sentence = angular_momentum_sentence(writer, quantity, _symbol(writer, quantity))
+        if sentence is not None:
+            yield replace(sentence, only="document")
+
+
+def _remark(writer: DocumentWriter, quantity: Conserved, reason: Written) -> Written:
+    """Add to a reason about which axis a momentum is the angular momentum, if it is proven."""
+    axis = angular_momentum_axis(writer.equations, quantity)
+    if axis is None:
+        return reason
+    remark = say("angular momentum about the {axis} axis", axis=axis)
+    return Listed((reason, remark), between="; ")
 
 
 def _because(reason: Written | str, letter: Label | str) -> Written:
@@ -120,7 +141,12 @@ def _because(reason: Written | str, letter: Label | str) -> Written:
 def balance(writer: DocumentWriter) -> Section | None:
     """Return the section on an energy that is not conserved: reason, rate, T + V beside h."""
     blocks = [*_balance(writer), *_lost(writer), *_sum(writer)]
-    return section(say("Energy"), *blocks)
+    change = writer.equations.derivation.balance
+    when = () if change is None or not only_between_impacts(writer.equations) else (_WHEN,)
+    return section(say("Energy"), *blocks, lead=when, gap="") if blocks else None
+
+
+_WHEN = say(" between impacts")
 
 
 def _lost(writer: DocumentWriter) -> Iterator[Block]:
@@ -138,11 +164,11 @@ def _sum(writer: DocumentWriter) -> Iterator[Block]:
         return
     name = labels["T"] + " + " + labels["V"]
     line = sum_line(writer.equations, energy)
-    rows = [writer.row(name + " - " + labels["h"], energy.difference)]
+    rows = [replace(writer.row(name + " - " + labels["h"], energy.difference), aside=line)]
     if energy.rate is not None:
         rows.append(writer.row(differential(group(name)), energy.rate))
     sentence = say("{name}: {value}", name=Inline(name), value=line)
-    yield Paragraph(say("{text}:", text=sentence))
+    yield Paragraph(say("{text}:", text=sentence), only="document")
     yield formulas(rows, result=True)
 
 
@@ -153,24 +179,19 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
     if change is None:
         return
     label = labels["E" if change.kind == "energy" else "h"]
-    whole, rate = label, differential(label)
+    energy = writer.total(label, change.parts or (equations.system.energy,))
     if energy_is_sum(equations, change):
-        whole += " = " + labels["T"] + " + " + labels["V"]
+        energy = replace(energy, middle=labels["T"] + " + " + labels["V"])
+    rate = writer.total(differential(label), (change.rate,))
     if change.is_dissipation:
-        rate += " = -2 " + labels["D"]
+        rate = replace(rate, middle="-2 " + labels["D"])
     sentence: Written = say(
         "Along a motion {energy} changes at the given rate", energy=Inline(label)
     )
     if only_between_impacts(equations):
-        sentence = Listed((sentence, say(" between impacts")), between="")
-    yield Paragraph(say("{text}:", text=sentence))
-    yield formulas(
-        [
-            writer.total(whole, change.parts or (equations.system.energy,)),
-            writer.total(rate, (change.rate,)),
-        ],
-        result=True,
-    )
+        sentence = Listed((sentence, _WHEN), between="")
+    yield Paragraph(say("{text}:", text=sentence), only="document")
+    yield formulas([energy, rate], result=True)
 
 
 def _named(writer: DocumentWriter, name: str) -> Label:
@@ -194,7 +215,7 @@ def _symbol(writer: DocumentWriter, quantity: Conserved) -> Label:
 
 
 def _row(writer: DocumentWriter, quantity: Conserved) -> Formula:
-    label = _symbol(writer, quantity)
+    row = writer.total(_symbol(writer, quantity), quantity.parts or (quantity.expression,))
     if energy_is_sum(writer.equations, quantity):
-        label += " = " + writer.labels["T"] + " + " + writer.labels["V"]
-    return writer.total(label, quantity.parts or (quantity.expression,))
+        return replace(row, middle=writer.labels["T"] + " + " + writer.labels["V"])
+    return row

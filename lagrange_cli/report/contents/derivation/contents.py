@@ -18,11 +18,13 @@ from lagrange_cli.report.contents.derivation.system import inputs, outputs, syst
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
-from lagrange_cli.report.contents.steps.board import conclusions, working
+from lagrange_cli.report.contents.sentences import certificate_line
+from lagrange_cli.report.contents.steps.board import certified_line, conclusions, working
 from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.document_options import sections_of
 from lagrange_cli.report.inlines import (
     Inline,
+    Text,
     magnitude,
     named,
     opened,
@@ -39,6 +41,7 @@ from lagrange_cli.report.tree import (
     Section,
     formulas,
     section,
+    seen,
 )
 
 if TYPE_CHECKING:
@@ -62,11 +65,10 @@ def start(writer: DocumentWriter) -> Section | None:
     time = Inline("t = " + value(equations.system.simulate.start))
     return section(
         heading,
-        Paragraph(say("At {time}", time=time)),
+        Paragraph(say("At {time}", time=time), only="document"),
         formulas(_start_rows(writer, 0, positions)),
-        formulas(_start_rows(writer, 1, velocities))
-        if any(velocities)
-        else Paragraph(say("at rest.")),
+        formulas(_start_rows(writer, 1, velocities), only=None if any(velocities) else "terminal"),
+        None if any(velocities) else Paragraph(say("at rest."), only="document"),
     )
 
 
@@ -92,9 +94,10 @@ def constraint_forces(writer: DocumentWriter) -> Section | None:
     meaning = say("There are none.") if is_empty else say("{text}.", text=forces_line())
     return section(
         say("Constraint forces"),
-        Paragraph(meaning),
+        Paragraph(meaning, only="document"),
         *([formulas(rows, result=True)] if rows else ()),
         *(Paragraph(opened(say("{text}.", text=note))) for note in force_notes(forces)),
+        lead=(say("none") if is_empty else forces_line(),),
     )
 
 
@@ -109,7 +112,7 @@ def _force_rows(writer: DocumentWriter, forces: ConstraintForces) -> Iterator[Fo
             letter = symbol(multiplier_label(writer.equations, name))
             yield replace(writer.row(letter, multiplier), name=shown)
         for bodies, size in sizes:
-            on = named(say("on {place}", place=bodies))
+            on = named(say("force on {place}", place=bodies))
             yield replace(writer.row(on, size), name=shown)
 
 
@@ -128,7 +131,21 @@ def certificate(writer: DocumentWriter) -> Section | None:
         lagrangian=Inline(writer.labels["L"]),
         mismatch=Inline(rounded(seal.mismatch)),
     )
-    return section(say("Certificate"), Paragraph(sentence), _steps(writer))
+    return section(
+        say("Certificate"),
+        Paragraph(sentence, only="document"),
+        _steps(writer),
+        *(Paragraph(line, only="terminal") for line in _certified(writer)),
+        terse=None,
+    )
+
+
+def _certified(writer: DocumentWriter) -> Iterator[Text]:
+    """Yield the certificate in a line, and that of the steps."""
+    seal, steps = writer.equations.derivation.certificate, writer.equations.derivation.steps
+    yield certificate_line(seal)
+    if steps is not None:
+        yield certified_line(steps, seal.digits)
 
 
 def _steps(writer: DocumentWriter) -> Paragraph | None:
@@ -141,7 +158,8 @@ def _steps(writer: DocumentWriter) -> Paragraph | None:
             " differentiation: the largest mismatch was {mismatch}.",
             count=steps.states,
             mismatch=Inline(rounded(steps.mismatch)),
-        )
+        ),
+        only="document",
     )
 
 
@@ -156,12 +174,16 @@ class Content:
     ----------
     about
         The subject, for a comment at the beginning of a file.
-    sections
+    write
         Writes the sections for lines of so many columns of half an em.
     """
 
     about: str
-    sections: Callable[[DocumentWriter, float], list[Section]]
+    write: Callable[[DocumentWriter, float], list[Section]]
+
+    def sections(self, writer: DocumentWriter, columns: float) -> list[Section]:
+        """Return the sections of a document."""
+        return seen(self.write(writer, columns), "document")
 
 
 def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
@@ -190,14 +212,18 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
         below = _below_with_steps(writer, board, parts, form)
     first, last = list(_chosen(above, parts)), list(_chosen(below, parts))
     # What is abbreviated and what is left out is known when all else is written.
-    rows = writer.abbreviations()
-    below_all: list[Block] = [Paragraph(say("Here")), formulas(rows)] if rows else []
-    note = writer.left_out()
-    below_all += [] if note is None else [note]
+    rows, note = writer.abbreviations(), writer.left_out()
+    below_all: list[Block] = []
+    if rows:
+        below_all += [Paragraph(say("Here"), only="document"), formulas(rows, only="document")]
+    if note is not None:
+        below_all.append(replace(note, only="document"))
     whole = first or last
     if below_all and whole:
         whole[-1] = replace(whole[-1], blocks=(*whole[-1].blocks, *below_all))
-    return [*first, *last]
+    between = section(say("Abbreviations"), formulas(rows, only="terminal"))
+    hint = None if note is None else section("", replace(note, only="terminal"), terse=None)
+    return [*first, *(s for s in (between, hint) if s is not None), *last]
 
 
 _Parts: TypeAlias = Iterable[tuple[str, Callable[[], Section | None]]]
@@ -217,7 +243,7 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
         ("system", lambda: system(writer)),
         ("sketch", lambda: _sketch(writer)),
         ("account constraints", lambda: freedom(writer, parts)),
-        ("system", lambda: inputs(writer)),
+        ("system energies", lambda: inputs(writer)),
         ("energies", lambda: energies(writer)),
         ("equations", lambda: generalized_forces(writer)),
         *_motion(writer, parts, form),
@@ -232,11 +258,18 @@ def _motion(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts
         yield "equations", lambda: motion(writer, form)
         return
     for written in form_sections(form, writer.equations, writer.words, writer.noted):
-        yield "equations", partial(_same, written)
+        yield "equations", partial(replace, written, margin=2)
 
 
-def _same(written: Section) -> Section:
-    return written
+def _on_board(sections: _Parts) -> _Parts:
+    """Return sections whose formulas a terminal aligns at their signs."""
+    for names, write in sections:
+        yield names, partial(_aligned, write)
+
+
+def _aligned(write: Callable[[], Section | None]) -> Section | None:
+    written = write()
+    return None if written is None else replace(written, margin=4)
 
 
 def _below(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
@@ -265,8 +298,8 @@ def _above_with_steps(
         ("system", lambda: system(writer)),
         ("sketch", lambda: _sketch(writer)),
         ("account constraints", lambda: freedom(writer, parts, positions=False)),
-        ("system", lambda: inputs(writer)),
-        *working(board),
+        ("system energies", lambda: inputs(writer)),
+        *_on_board(working(board)),
         *(_motion(writer, parts, form) if form != "lagrange" else ()),
         ("equations constraints", lambda: contacts(writer)),
     )
@@ -279,7 +312,7 @@ def _below_with_steps(
     return (
         ("result", lambda: result(writer) if has_result else None),
         ("forces", lambda: constraint_forces(writer)),
-        *conclusions(board),
+        *_on_board(conclusions(board)),
         *_ending(writer),
     )
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.labels import has_kinetic_energy
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.sentences import is_generalized_potential, without_line
-from lagrange_cli.report.inlines import Inline, Label, Less, Listed, Plain, below, say
+from lagrange_cli.report.inlines import Inline, Label, Less, Listed, Plain, Written, below, say
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas, section
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.system import BodyForce
 
 
 def energies(writer: DocumentWriter) -> Section | None:
@@ -42,9 +46,10 @@ def energies(writer: DocumentWriter) -> Section | None:
         below_rows = say(phrase_below, lagrangian=Inline(labels["L"]), without=without)
     return section(
         say("Lagrangian"),
-        Paragraph(phrase) if has_kinetic_energy(equations) else None,
+        Paragraph(phrase, only="document") if has_kinetic_energy(equations) else None,
         formulas(rows, result=True),
-        None if below_rows is None else Paragraph(below_rows),
+        None if below_rows is None else Paragraph(below_rows, only="document"),
+        terse=None,
     )
 
 
@@ -55,7 +60,9 @@ def _lagrangian(writer: DocumentWriter, difference: Label) -> Formula:
     whole = writer.equations.system.lagrangian if short is None else short.expression
     row = Formula(label, ()) if is_sum else writer.sum_row(label, whole)
     if short is None:
-        return replace(row, middle=difference)
+        # A terminal has T and V above it.
+        return replace(row, middle=difference, only="document")
+    row = replace(row, aside=Listed(("(", without_line(writer.equations) or "", ")"), between=""))
     if row.chain:
         return row
     return replace(row, middle=difference + Less(writer.tree(-short.left_out)))
@@ -65,21 +72,23 @@ def generalized_forces(writer: DocumentWriter) -> Section | None:
     """Return generalized forces of the scene's forces, one after the other."""
     equations = writer.equations
     rows = [
-        writer.row(below("Q", writer.coordinate(c)), q)
+        replace(writer.row(below("Q", writer.coordinate(c)), q), aside=_source(force))
         for force in equations.system.forces
         for c, q in zip(equations.system.coordinates, force.generalized, strict=True)
         if q != 0
     ]
     if not rows:
         return None
-    listed = Listed(
-        tuple(
-            say("{name} on {place}", name=Plain(f.name), place=Plain(f.on))
-            for f in equations.system.forces
-        )
-    )
+    listed = Listed(tuple(map(_source, equations.system.forces)))
     return section(
         say("Generalized forces"),
-        Paragraph(say("Of the non-conservative forces ({listed}), in this order:", listed=listed)),
+        Paragraph(
+            say("Of the non-conservative forces ({listed}), in this order:", listed=listed),
+            only="document",
+        ),
         formulas(rows, result=True),
     )
+
+
+def _source(force: BodyForce) -> Written:
+    return say("{name} on {place}", name=Plain(force.name), place=Plain(force.on))

@@ -7,8 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.contents.families import account_lines, coordinates_by_ranges
+from lagrange_cli.report.contents.families import (
+    account_lines,
+    coordinates_by_ranges,
+    sizes_line,
+)
 from lagrange_cli.report.contents.sentences import (
+    choice_line,
     common_kind,
     counting,
     implied_line,
@@ -36,7 +41,19 @@ from lagrange_cli.report.inlines import (
     upright,
 )
 from lagrange_cli.report.statements import statement_of
-from lagrange_cli.report.tree import Block, Bullets, Law, Paragraph, Section, formulas, section
+from lagrange_cli.report.tree import (
+    Block,
+    Bullets,
+    Labelled,
+    Law,
+    Packed,
+    Paragraph,
+    Section,
+    Statements,
+    formulas,
+    section,
+    statement_item,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.families.forms import Range
@@ -54,43 +71,59 @@ def freedom(
     listed = list(_constraints(writer, alone=not counted)) if "constraints" in parts else []
     if not counted:
         return section(say("Constraints"), *listed)
+    counts = counting(writer.equations)
     return section(
         say("Degrees of freedom"),
-        _counts(writer),
+        _counts(counts),
         *listed,
         *_coordinates(writer, positions=positions),
+        *_formulation(writer),
         *_singular(writer),
+        lead=tuple(counts),
     )
 
 
-def _counts(writer: DocumentWriter) -> Block:
-    counts = counting(writer.equations)
+def _formulation(writer: DocumentWriter) -> Iterator[Block]:
+    """Say which formulation was taken, to readers who can choose another one."""
+    choice = choice_line(writer.equations)
+    if choice is not None:
+        yield Labelled(((say("Formulation"), choice),), only="terminal")
+
+
+def _counts(counts: Sequence[Written]) -> Block:
     if not any(isinstance(count, Label) for count in counts):
         # In words alone they are too long for a line.
-        return Paragraph(say("There are {listed}.", listed=Listed(tuple(counts))))
-    return Law(joined(COMMA, (c if isinstance(c, Label) else upright(c) for c in counts)))
+        listed = Listed(tuple(counts))
+        return Paragraph(say("There are {listed}.", listed=listed), only="document")
+    shown = (c if isinstance(c, Label) else upright(c) for c in counts)
+    return Law(joined(COMMA, shown), only="document")
 
 
 def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     """Return the constraints as the scene writes them, with what is to be said of each."""
     account = writer.equations.derivation.account
     implied, kind = implied_line(writer.equations), common_kind(writer.equations)
+    rows: list[tuple[Text, Text, Text]] = []
+    for line in account_lines(writer.equations, writer.families):
+        equations = [_statement(writer, text, spans) for text, spans in line.equations]
+        rows.append((Plain(line.name), Listed(tuple(equations)), line.remark or ""))
+    further: list[tuple[Text, Text, Text]] = []
+    further += [] if implied is None else [(say("(implied)"), implied, "")]
+    further += [] if kind is None else [(say("(all)"), kind, "")]
+    if rows or further:
+        yield Statements((*rows, *further), only="terminal")
     if not account.lines:
         if implied is not None:
-            yield Paragraph(say("There are {listed}.", listed=implied))
+            yield Paragraph(say("There are {listed}.", listed=implied), only="document")
         elif alone:
             yield Paragraph(say("None."))
         return
-    items: list[Text] = []
-    for line in account_lines(writer.equations, writer.families):
-        equations = [_statement(writer, text, spans) for text, spans in line.equations]
-        item = say("{name}: {value}", name=Plain(line.name), value=Listed(tuple(equations)))
-        items.append(item if line.remark is None else in_parentheses(item, line.remark))
     if not alone:
-        yield Paragraph(say("Constraints:"))
+        yield Paragraph(say("Constraints:"), only="document")
+    items = [*map(statement_item, rows)]
     items += [] if implied is None else [implied]
     items += [] if kind is None else [say("{name}: {value}", name=say("all"), value=kind)]
-    yield Bullets(tuple(items))
+    yield Bullets(tuple(items), only="document")
 
 
 _SIGNS: dict[str, Label | str] = {"=": "=", "<=": AT_MOST, ">=": AT_LEAST}
@@ -119,16 +152,43 @@ def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:
         one = "Generalized coordinate (chosen automatically): {listed}."
         many = "Generalized coordinates (chosen automatically): {listed}."
         sentence = say.counted(len(coordinates), one, many, listed=names)
-    yield Paragraph(sentence)
+    yield Paragraph(sentence, only="document")
     definitions = telling_definitions(equations) if positions else ()
     named = [(c.name, symbol(c.name, 0, c.latex), c.position) for c in definitions]
-    if named:
-        yield Paragraph(say("The positions are"))
-        yield formulas(writer.definitions(named))
+    places = tuple(writer.definitions(named))
     beyond = () if writer.families is None else writer.families.beyond
-    if beyond:
-        yield Paragraph(say("Before the first elements and after the last"))
-        yield formulas(writer.family_row(symbol(row.name), row) for row in beyond)
+    outside = tuple(writer.family_row(symbol(row.name), row) for row in beyond)
+    if places:
+        yield Paragraph(say("The positions are"), only="document")
+        yield formulas(places, only="document")
+    if outside:
+        yield Paragraph(say("Before the first elements and after the last"), only="document")
+        yield formulas(outside, only="document")
+    items = tuple(_short_items(writer))
+    yield Packed(say("Coordinates"), items, (*places, *outside), only="terminal")
+
+
+def _short_items(writer: DocumentWriter) -> Iterator[Text]:
+    """Return the letters of coordinates, with the values of indices and what is to be said."""
+    families, account = writer.families, writer.equations.derivation.account
+    items: list[Text] = []
+    if families is None:
+        items += [_letter(c.name, c) for c in writer.equations.system.coordinates]
+    else:
+        for pairs, spans in coordinates_by_ranges(families, writer.equations):
+            items += [_letter(name, c) for name, c in pairs]
+            items += [ranges(spans)] if spans else []
+    *before, last = items
+    yield from before
+    sizes = "" if families is None else sizes_line(families)
+    remarks = [f"({sizes})"] if sizes else []
+    chosen = [say("(chosen automatically)")] if account.chosen_automatically else []
+    yield Listed((last, *remarks, *chosen), between="   ")
+
+
+def _letter(name: str, coordinate: Coordinate) -> Label:
+    letter = symbol(name, 0, coordinate.latex if name == coordinate.name else None)
+    return letter + " > 0" if coordinate.is_positive else letter
 
 
 def _listed(writer: DocumentWriter) -> Iterator[Written]:

@@ -15,6 +15,7 @@ from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.build import display_row, display_sum
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.sentences import (
+    contacts_lines,
     divisor_and_factor,
     explicit_line,
     multipliers_line,
@@ -27,8 +28,10 @@ from lagrange_cli.report.inlines import (
     Label,
     Listed,
     Plain,
+    Text,
     Written,
     at_least,
+    closed,
     joined,
     named,
     partial,
@@ -43,6 +46,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
+    from lagrange_cli.mechanics.equations import ShownEquation
 
 
 def motion(writer: DocumentWriter, form: str) -> Section | None:
@@ -52,19 +56,26 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     if not equations.system.coordinates:
         return section(heading, Paragraph(say("There are none.")))
     if form == "explicit":
-        sentence = explicit_line(equations, explicit_form(equations))
-        return section(
-            heading,
-            Paragraph(say("{text}:", text=sentence)),
-            formulas(accelerations(writer), result=True),
-        )
+        return _solved(writer, heading)
     return section(
         heading,
-        Paragraph(say("Lagrange's equations,")),
-        Law(lagrange_law(writer, _multiplied(writer)) + ",", ends=False),
-        Paragraph(say("read")),
+        Paragraph(say("Lagrange's equations,"), only="document"),
+        Law(lagrange_law(writer, _multiplied(writer)) + ",", ends=False, only="document"),
+        Paragraph(say("read"), only="document"),
         formulas(lagrange_equations(writer), result=True),
-        writer.paragraph(*_divided(writer)),
+        writer.paragraph(*_divided(writer), only="document"),
+    )
+
+
+def _solved(writer: DocumentWriter, heading: Written) -> Section | None:
+    """Return the accelerations and multipliers, and what they are solved for."""
+    sentence = explicit_line(writer.equations, explicit_form(writer.equations))
+    return section(
+        heading,
+        Paragraph(say("{text}:", text=sentence), only="document"),
+        formulas(accelerations(writer), result=True),
+        lead=(closed(sentence),),
+        gap=", ",
     )
 
 
@@ -77,10 +88,20 @@ def lagrange_equations(writer: DocumentWriter) -> list[Formula]:
             rows.append(_family(writer, one))
             continue
         shown = equations.derivation.shown[one]
-        left = writer.noted(display_row(shown, writer.words))
+        left = writer.noted(writer.shown_row(shown, writer.words))
         name = writer.coordinate(equations.system.coordinates[one])
-        rows.append(Formula("", (left,), name=name))
+        rows.append(Formula("", (left,), name=name, aside=_factor(writer, one, shown)))
     return rows
+
+
+def _factor(writer: DocumentWriter, one: int | FamilyRow, shown: ShownEquation) -> Text:
+    """Say in brackets what an equation was divided by or multiplied with, if anything."""
+    divisor, factor = divisor_and_factor(shown)
+    if divisor is not None:
+        return say("(divided by {factor})", factor=_part(writer, one, divisor))
+    if factor is not None:
+        return say("(multiplied by {factor})", factor=_part(writer, one, factor))
+    return ""
 
 
 def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
@@ -88,9 +109,10 @@ def _family(writer: DocumentWriter, row: FamilyRow) -> Formula:
     assert writer.over_letters is not None
     return Formula(
         "",
-        (writer.noted(writer.over_letters.row(row)),),
+        (writer.noted(writer.shown_row(row.shown, writer.over_letters.words_of(row))),),
         name=symbol(row.name),
         ranges=ranges(row.ranges),
+        aside=_factor(writer, row, row.shown),
     )
 
 
@@ -204,7 +226,7 @@ def closures(writer: DocumentWriter) -> Section | None:
         )
     return section(
         say("Closure equations"),
-        Paragraph(sentence),
+        Paragraph(sentence, only="document"),
         formulas(rows, result=True),
         Paragraph(say("{text}.", text=meant)),
     )
@@ -240,10 +262,11 @@ def contacts(writer: DocumentWriter) -> Section | None:
             say(
                 "The gaps {gap} of one-sided constraints and their multipliers obey",
                 gap=Inline(gap),
-            )
+            ),
+            only="document",
         ),
-        Law(joined(COMMA, conditions), ends=False),
-        Paragraph(say("here")),
+        Law(joined(COMMA, conditions), ends=False, only="document"),
+        Paragraph(say("here"), only="document"),
         formulas(rows, result=True),
         Paragraph(
             say(
@@ -255,8 +278,10 @@ def contacts(writer: DocumentWriter) -> Section | None:
                 opening=Inline("-" + elastic + " " + closing),
                 elastic=Inline(elastic),
                 listed=Listed(tuple(restitutions)),
-            )
+            ),
+            only="document",
         ),
+        *(Paragraph(line, only="terminal") for line in contacts_lines(writer.equations)),
     )
 
 
@@ -268,6 +293,7 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
             (writer.tree(contact.closure.expression),),
             name=named(contact.name),
             multiplier=Expression(writer.tree(contact.closure.multiplier)),
+            aside=say("restitution {value}", value=writer.inline(contact.restitution)),
         )
         for contact in writer.equations.system.contacts
     ]
@@ -275,12 +301,4 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
 
 def result(writer: DocumentWriter) -> Section | None:
     """Return the accelerations and multipliers that a computer integrates."""
-    equations = writer.equations
-    if not equations.system.coordinates:
-        return None
-    sentence = explicit_line(equations, explicit_form(equations))
-    return section(
-        say("Result"),
-        Paragraph(say("{text}:", text=sentence)),
-        formulas(accelerations(writer), result=True),
-    )
+    return _solved(writer, say("Result")) if writer.equations.system.coordinates else None

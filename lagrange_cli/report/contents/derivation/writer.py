@@ -11,7 +11,7 @@ import sympy
 
 from lagrange_cli.mechanics.families.families import Families, families_in
 from lagrange_cli.mechanics.families.forms import FamilyRow, Form
-from lagrange_cli.notation.build import display, display_sum
+from lagrange_cli.notation.build import display, display_row, display_sum, display_terms
 from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated, vocabulary
@@ -24,6 +24,8 @@ from lagrange_cli.report.tree import Formula, Paragraph
 
 if TYPE_CHECKING:
     from sympy import Expr
+
+    from lagrange_cli.mechanics.equations import ShownEquation
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class DocumentWriter(Writer):
         True if the scene's abbreviations stand for their expressions.
     written_out
         True if every element of indexed families is shown, and expressions of any length.
+    read_back
+        True if equations are to be read as a scene is, over accelerations.
     abbreviated
         Names of the abbreviations that what was written so far holds.
     """
@@ -45,6 +49,7 @@ class DocumentWriter(Writer):
     letters: Letters
     abbreviating: bool = True
     written_out: bool = False
+    read_back: bool = False
     abbreviated: set[str] = field(default_factory=set)
 
     @cached_property
@@ -124,6 +129,10 @@ class DocumentWriter(Writer):
     def tree(self, expression: Expr) -> DisplayNode:
         """Return an expression as it is displayed."""
         return self.noted(display(expression, self.words))
+
+    def shown_row(self, shown: ShownEquation, words: Vocabulary) -> DisplayNode:
+        """Return the left side of an equation of motion."""
+        return (display_terms if self.read_back else display_row)(shown, words)
 
     def noted(self, node: DisplayNode) -> DisplayNode:
         """Return the same tree, whose abbreviations are noted."""

@@ -47,7 +47,8 @@ def hamiltonian_sections(writer: FormWriter) -> list[Section]:
     remarks = Listed((*_open(writer, form), *_remarks(writer, form)), " ")
     return [
         Section(
-            say("Momenta"), (Law(_momentum(writer), ends=False), formulas(momenta, result=True))
+            say("Momenta"),
+            (Law(_momentum(writer), ends=False, only="document"), formulas(momenta, result=True)),
         ),
         Section(
             say("Hamiltonian"),
@@ -135,4 +136,4 @@ def _law(writer: FormWriter) -> Iterator[Law]:
     ]
     forces = [symbol("Q_j")] if system.forces else []
     second = symbol("p_j", 1) + " = " + joined(" + ", [left, *forces, *pushes])
-    yield Law(first + COMMA + second, ends=False)
+    yield Law(first + COMMA + second, ends=False, only="document")

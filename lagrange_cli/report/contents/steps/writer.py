@@ -42,7 +42,7 @@ from lagrange_cli.report.inlines import (
 )
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import ENGLISH, Language
-from lagrange_cli.report.tree import Formula, Formulas, Paragraph, Title
+from lagrange_cli.report.tree import Formula, Formulas, Medium, Paragraph, Title
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -129,10 +129,10 @@ class TreeWriter:
 
     # -- paragraphs -----------------------------------------------------------------
 
-    def paragraph(self, *sentences: Text) -> Paragraph | None:
+    def paragraph(self, *sentences: Text, only: Medium | None = None) -> Paragraph | None:
         """Return a paragraph of the sentences that are not empty."""
         nonempty = tuple(s for s in sentences if s)
-        return Paragraph(Listed(nonempty, " ")) if nonempty else None
+        return Paragraph(Listed(nonempty, " "), only=only) if nonempty else None
 
     def title(self, name: str) -> Title:
         """Return the title of the formulas below it, a name of the scene."""

@@ -16,12 +16,15 @@ from lagrange_cli.report.tree import (
     Formulas,
     Labelled,
     Law,
+    Packed,
     Paragraph,
     Picture,
     Section,
+    Statements,
     Table,
     Title,
     Verbatim,
+    simpler,
 )
 from lagrange_cli.report.writers.latex.letters import MacroPrinter, Macros
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
@@ -120,6 +123,8 @@ class Typesetter(RowSetter):
                 return [r"\begin{description}", *terms, r"\end{description}"]
             case Verbatim(lines):
                 return [r"\begin{verbatim}", *lines, r"\end{verbatim}"]
+            case Statements() | Packed():
+                return [line for one in simpler(block) for line in self._block(one, part)]
             case Picture():
                 return [r"\begin{center}", self.picture, r"\end{center}"]
 

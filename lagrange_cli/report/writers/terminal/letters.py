@@ -128,9 +128,6 @@ class AsciiLetters(UnicodeLetters):
     def virtual(self, symbol: str) -> str:
         return f"delta({symbol})"
 
-    def differential(self, symbol: str) -> str:
-        return f"d({symbol})/dt"
-
     def ranges(self, ranges: Sequence[Range]) -> str:
         return text_ranges(ranges, ascii=True)
 

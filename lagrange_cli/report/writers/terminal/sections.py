@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from typing import Literal
 from unicodedata import combining
 
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
+from lagrange_cli.notation.page import Block as PageBlock
 from lagrange_cli.notation.page import Row, formula, words
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
-from lagrange_cli.report.contents.steps.board import Sections
-from lagrange_cli.report.inlines import Lettering
+from lagrange_cli.report.inlines import Lettering, Text
 from lagrange_cli.report.tables import TableColumn, labelled, table
 from lagrange_cli.report.tree import (
     Block,
@@ -20,9 +21,11 @@ from lagrange_cli.report.tree import (
     Formulas,
     Labelled,
     Law,
+    Packed,
     Paragraph,
     Picture,
     Section,
+    Statements,
     Table,
     Title,
     Verbatim,
@@ -53,26 +56,18 @@ class SectionRows:
     printer: OneLinePrinter
     margin: int = _FORMULA_INDENT
 
-    def each(self, sections: Sections) -> Iterator[tuple[str, Callable[[], list[Row]]]]:
-        """Yield the parts of each section with a function that writes its rows."""
-        return ((parts, partial(self._written, write)) for parts, write in sections)
-
-    def _written(self, write: Callable[[], Section | None]) -> list[Row]:
-        section = write()
-        return [] if section is None else self.section(section)
-
-    def section(self, section: Section) -> list[Row]:
+    def section(self, section: Section) -> list[Row | PageBlock]:
         """Return the rows of a section, its heading first; formulas are indented."""
         body = [row for block in section.blocks for row in self._block(block)]
         return [Row(self.lettering.text(section.heading), role="heading"), *body]
 
-    def _block(self, block: Block) -> list[Row]:
+    def _block(self, block: Block) -> Sequence[Row | PageBlock]:
         text = self.lettering.text
         match block:
             case Formulas(rows):
                 return self._aligned(rows)
             case Paragraph(shown) | Title(shown):
-                return [Row("", " " * _WORDS_INDENT, words(text(shown)))]
+                return [Row("", " " * min(self.margin, _WORDS_INDENT), words(text(shown)))]
             case Law(shown):
                 return [Row("", " " * _FORMULA_INDENT, words(text(shown)))]
             case Table():
@@ -81,21 +76,58 @@ class SectionRows:
                 return [Row("", "  - ", words(text(item))) for item in items]
             case Labelled(pairs):
                 return labelled(*((text(label), text(shown)) for label, shown in pairs))
+            case Statements(statements):
+                return self._statements(statements)
+            case Packed():
+                return [self._packed(block)]
             case Verbatim(lines):
                 return [Row("", line) for line in lines]
             case Picture():
                 return []
 
-    def _table(self, block: Table) -> list[Row]:
-        """Return a table whose columns are as wide as their cells."""
+    def _statements(self, rows: Sequence[tuple[Text, Text, Text]]) -> list[Row]:
+        """Return equations behind their names, broken before signs, and the remarks on them."""
         text = self.lettering.text
-        columns = [
-            TableColumn(text(head), align=">" if head in block.numeric else "<")
-            for head in block.heads
+        names = [text(name) for name, _, _ in rows]
+        shown = [
+            (*without_separator(equation_pieces(text(statement))), *remark_pieces(text(remark)))
+            for _, statement, remark in rows
         ]
-        return table(columns, [list(map(text, row)) for row in block.rows])
+        leads = leads_after(names)
+        return [
+            Row(f"  {name}", lead, pieces, "name")
+            for name, lead, pieces in zip(names, leads, shown, strict=True)
+        ]
 
-    def _aligned(self, rows: Sequence[Formula]) -> list[Row]:
+    def _packed(self, block: Packed) -> PageBlock:
+        text = self.lettering.text
+        *items, last = map(text, block.items)
+        head = Row(
+            text(block.heading), "   ", words([f"{item}," for item in items] + [last]), "heading"
+        )
+        return PageBlock((head, *map(self._short, block.rows)), "packed")
+
+    def _short(self, row: Formula) -> Row:
+        """Return a label and what it equals, as short as it can be."""
+        bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
+        label, spans = self.lettering.text(row.label), self.lettering.text(row.ranges)
+        return formula(f"  {label}", " = ", self._ranged(bodies[0], spans), "")
+
+    def _ranged(self, pieces: list[Piece], spans: str) -> list[Piece]:
+        """Return a formula with the values of its indices behind it."""
+        if not spans:
+            return pieces
+        return [*suffixed(pieces, ",", 1), Piece(spans, columns(spans) + 1, " ", "", 0)]
+
+    def _table(self, block: Table) -> list[Row]:
+        """Return a table whose columns are as wide as their cells; sentences stand last."""
+        heads = sorted(range(len(block.heads)), key=lambda k: block.heads[k] == block.prose)
+        align: list[Literal["<", ">"]] = [">" if h in block.numeric else "<" for h in block.heads]
+        lines = [[self.lettering.text(row[k]) for k in heads] for row in (block.heads, *block.rows)]
+        columns = [TableColumn(lines[0][n], align=align[k]) for n, k in enumerate(heads)]
+        return table(columns, lines[1:])
+
+    def _aligned(self, rows: Sequence[Formula]) -> Sequence[Row | PageBlock]:
         """Return rows with their first signs of equality below each other."""
         widths = [columns(self.lettering.text(row.label)) for row in rows]
         aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
@@ -124,8 +156,99 @@ class SectionRows:
         return formula("", label[:place], pieces, "")
 
 
+@dataclass(frozen=True)
+class TerseRows(SectionRows):
+    """Writes sections as tersely as a terminal has them.
+
+    Names of formulas stand before them, remarks behind them; a general formula stands in place of
+    the expression that it equals.
+    """
+
+    margin: int = 2
+
+    def section(self, section: Section) -> list[Row | PageBlock]:
+        text = self.lettering.text
+        if section.margin is not None:
+            rows = SectionRows(self.lettering, self.printer, section.margin)
+            return rows.section(section)
+        if section.terse is None:
+            whole = replace(self, margin=0)
+            return [row for block in section.blocks for row in whole._block(block)]
+        *items, last = map(text, section.lead or ("",))
+        # One text is broken between words, several between each other.
+        lead = words([f"{item}," for item in items] + [last]) if items else words(last)
+        heading = Row(
+            text(section.terse or section.heading), section.gap if lead else "", lead, "heading"
+        )
+        return [heading, *(row for block in section.blocks for row in self._block(block))]
+
+    def _aligned(self, rows: Sequence[Formula]) -> list[Row | PageBlock]:
+        names = [self.lettering.text(row.name) for row in rows]
+        shown: list[Row | PageBlock] = []
+        before = ""
+        for row, name, lead in zip(rows, names, leads_after(names), strict=True):
+            opening = " " * columns(name) if name == before else name
+            shown.append(self._terse(row, opening, lead if name else ""))
+            before = name
+        if self.margin and any(row.aside for row in rows) and not any(names):
+            return [PageBlock(tuple(row for row in shown if isinstance(row, Row)), "asides")]
+        return shown
+
+    def _terse(self, row: Formula, name: str, lead: str) -> Row:
+        text = self.lettering.text
+        bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
+        label, middle, aside = map(text, (row.label, row.middle, row.aside))
+        begin = f"{' ' * self.margin}{name}{lead}"
+        if not label:
+            ends = f" {self.printer.at_least} 0" if row.multiplier else " = 0"
+            left = bodies[0] if len(bodies) == 2 else suffixed(bodies[0], ends, columns(ends))
+            right = _equal(bodies[1]) if len(bodies) == 2 else []
+            pieces = self._ranged([*left, *right], text(row.ranges))
+            return _named(begin, "", pieces, aside)
+        body = bodies[0] if bodies and not middle else list(words(middle))
+        if not name:
+            return _named(begin + label, " = ", self._ranged(body, text(row.ranges)), aside)
+        return _named(begin, f"{label} = ", self._ranged(body, text(row.ranges)), aside)
+
+
+def _named(begin: str, lead: str, pieces: Sequence[Piece], aside: str) -> Row:
+    """Return a row whose beginning has the look of a name, without the blanks behind it."""
+    name = begin.rstrip()
+    return formula(name, begin[len(name) :] + lead, pieces, aside=aside)
+
+
 def _equal(body: list[Piece]) -> list[Piece]:
     """Return the pieces behind a sign of equality, before which a line may end."""
     first, *others = deeper(body, 2)
     head = replace(first, separator=" = ", lead="= ", depth=0, width=first.width + 3)
     return [head, *others]
+
+
+def leads_after(names: Sequence[str]) -> list[str]:
+    """Return blanks after names, up to the column after the longest one."""
+    width = max(map(columns, names), default=0)
+    return [" " * (width - columns(name) + 3) for name in names]
+
+
+def equation_pieces(text: str) -> Iterator[Piece]:
+    """Break an equation as the scene has it before signs, where it does not fit on a line."""
+    depth = 0
+    for index, part in enumerate(re.split(r" (?=[-+=<>]=? )", text)):
+        lead, level = ("  ", 1 + depth) if index else ("", 0)
+        yield Piece(part, columns(part) + 1, " ", lead, level)
+        depth += part.count("(") - part.count(")")
+
+
+def remark_pieces(remark: str) -> Sequence[Piece]:
+    """Return a remark in parentheses, broken between words where it does not fit on a line."""
+    if not remark:
+        return ()
+    first, *others = words(f"({remark})")
+    opening = replace(first, width=first.width + 2, separator="   ", lead="  ")
+    return [opening, *(replace(p, lead="   ") for p in deeper(others))]
+
+
+def without_separator(pieces: Iterable[Piece]) -> list[Piece]:
+    """Return pieces of which the first one follows its lead at once."""
+    first, *others = pieces
+    return [replace(first, separator="", width=first.width - len(first.separator)), *others]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from lagrange_cli.mechanics.families.families import Families
 from lagrange_cli.mechanics.families.forms import FamilyRow, Range
 from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.families import FamilyNotation
-from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
+from lagrange_cli.notation.layout import Piece, columns, suffixed
 from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
@@ -166,27 +165,3 @@ def heading_row(text: str) -> Row:
 def with_asides(heading: str, rows: Sequence[Row]) -> list[Row | Block]:
     """Return rows under a heading, what is said of each behind it."""
     return [heading_row(heading), Block(tuple(rows), "asides")] if rows else []
-
-
-def leads_after(names: Sequence[str]) -> list[str]:
-    """Return blanks after names, up to the column after the longest one."""
-    width = max(map(columns, names), default=0)
-    return [" " * (width - columns(name) + 3) for name in names]
-
-
-def equation_pieces(text: str) -> Iterator[Piece]:
-    """Break an equation as the scene has it before signs, where it does not fit on a line."""
-    depth = 0
-    for index, part in enumerate(re.split(r" (?=[-+=<>]=? )", text)):
-        lead, level = ("  ", 1 + depth) if index else ("", 0)
-        yield Piece(part, columns(part) + 1, " ", lead, level)
-        depth += part.count("(") - part.count(")")
-
-
-def remark_pieces(remark: str) -> Sequence[Piece]:
-    """Return a remark in parentheses, broken between words where it does not fit on a line."""
-    if not remark:
-        return ()
-    first, *others = words(f"({remark})")
-    opening = replace(first, width=first.width + 2, separator="   ", lead="  ")
-    return [opening, *(replace(p, lead="   ") for p in deeper(others))]

@@ -15,12 +15,15 @@ from lagrange_cli.report.tree import (
     Formulas,
     Labelled,
     Law,
+    Packed,
     Paragraph,
     Picture,
     Section,
+    Statements,
     Table,
     Title,
     Verbatim,
+    simpler,
 )
 from lagrange_cli.report.writers.rows import FormulaRow, RowSetter
 
@@ -86,6 +89,8 @@ class Typesetter(RowSetter):
                 yield from (f"/ {self.text(a)}: {self.text(b)}" for a, b in rows)
             case Verbatim(lines):
                 yield f"#raw(block: true, {typst_string(chr(10).join(lines))})"
+            case Statements() | Packed():
+                yield from (line for one in simpler(block) for line in self._block(one, part))
             case Picture():
                 pass
 
