@@ -121,7 +121,9 @@ _CLOSED: JsonObject[ContactLoss] = JsonObject(
     Key("at_start", MAYBE_NUMBER, "The force at the start, 0 if that is rounding; null without."),
     Key("zeros", list_of(_ZERO), "Places at which it vanishes."),
     Key("reason", REASON, "Why velocities remain; null if none do."),
-    Key("continuous", BOOLEAN, "It is proven to be continuous.", lambda loss: not loss.jumps),
+    Key(
+        "continuous", BOOLEAN, "True if it is proven to be continuous.", lambda loss: not loss.jumps
+    ),
 )
 _CONTACTS: JsonObject[ContactLosses] = JsonObject(
     Key("closed", list_of(_CLOSED), "Contacts closed at the start.", lambda c: c.contacts),

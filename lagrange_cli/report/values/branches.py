@@ -97,7 +97,7 @@ _POLES = ConvertedType(
 )
 _ON_CURVE: JsonObject[tuple[int, int]] = JsonObject(
     Key("point", INTEGER, "Number of the point on the curve.", lambda pair: pair[0]),
-    Key("mark", INTEGER, "Number of the mark there.", lambda pair: pair[1]),
+    Key("mark", INTEGER, "Number of the mark there, from 0.", lambda pair: pair[1]),
 )
 _STRETCH: JsonObject[Stretch] = JsonObject(
     Key("first", INTEGER, "Number of its first point."),
@@ -135,8 +135,10 @@ BRANCHES: JsonObject[NamedBranches] = JsonObject(
         Key("to", NUMBER, "End of its range.", lambda branches: branches.high),
         Key("values", INTEGER, "Number of values at which equilibria were sought."),
         Key("starts", INTEGER, "Number of starts of these searches."),
-        Key("skipped", INTEGER, "Number of degenerate equilibria."),
-        Key("left", INTEGER, "Number of those that were not followed: there were enough."),
+        Key("skipped", INTEGER, "Number of equilibria that are degenerate."),
+        Key(
+            "left", INTEGER, "Number of those that were not followed since there were 32 branches."
+        ),
         Key(
             "held",
             by_name(NUMBER),
@@ -148,7 +150,7 @@ BRANCHES: JsonObject[NamedBranches] = JsonObject(
     Key(
         "marks",
         list_of(_MARK),
-        "Marked points by the parameter.",
+        "Marked points of all branches, by the parameter.",
         lambda value: [_Mark(mark, value.names) for mark in value.branches.marks],
     ),
     Key(

@@ -84,10 +84,10 @@ CACHE: JsonObject[_CacheView] = JsonObject(
     Key(
         "folder",
         or_null(TEXT),
-        "The folder; null if there is none.",
+        "The folder of the cache; null if there is none.",
         lambda view: view.cache.folder,
     ),
-    Key("usable", BOOLEAN, "True if results can be view.", lambda view: view.cache.reason is None),
+    Key("usable", BOOLEAN, "True if results can be kept.", lambda view: view.cache.reason is None),
     Key(
         "reason",
         or_null(TEXT),

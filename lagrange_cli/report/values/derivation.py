@@ -151,7 +151,12 @@ def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[st
 
 _ROWS: tuple[Key[Equations], ...] = (
     Key("mass_matrix", MATRIX, "M in M ddot(q) = f, unscaled.", lambda e: e.system.mass_matrix),
-    Key("forcing", list_of(EXPRESSION), "f.", lambda e: e.system.forcing),
+    Key(
+        "forcing",
+        list_of(EXPRESSION),
+        "The right side f, with multipliers beside it.",
+        lambda e: e.system.forcing,
+    ),
 )
 _LAGRANGE: JsonObject[Equations] = JsonObject(
     Key(

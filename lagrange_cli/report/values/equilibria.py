@@ -92,7 +92,7 @@ _REST: tuple[Key[_Point], ...] = through(
     Key(
         "isolated",
         BOOLEAN,
-        "False if it is proven to be part of a continuum.",
+        "False if it is proven to be part of a continuum, as along free coordinates.",
         lambda named: named.point.isolated and not named.point.free,
     ),
     *through(

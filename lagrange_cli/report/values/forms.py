@@ -89,8 +89,18 @@ _PAIR: JsonObject[CanonicalPair] = JsonObject(
     Key("rate", SUM, "The rate of the momentum."),
 )
 _HAMILTONIAN_FACTS: JsonObject[Hamiltonian] = JsonObject(
-    Key("is_energy_sum", or_null(BOOLEAN), "H is T + V; null if not known.", lambda h: h.is_sum),
-    Key("conserved", BOOLEAN, "H is found to be conserved.", lambda h: h.conserved is not None),
+    Key(
+        "is_energy_sum",
+        or_null(BOOLEAN),
+        "True if H is T + V; null if not known.",
+        lambda h: h.is_sum,
+    ),
+    Key(
+        "conserved",
+        BOOLEAN,
+        "True if H is found to be conserved.",
+        lambda h: h.conserved is not None,
+    ),
     Key("certificate", CERTIFICATE, "The comparison with L, M and f."),
 )
 HAMILTONIAN: JsonObject[Hamiltonian] = JsonObject(
@@ -172,7 +182,7 @@ ROUTHIAN: JsonObject[Routhian] = JsonObject(
         "Names of the momenta.",
         lambda form: [m.name for m in form.momenta],
     ),
-    Key("routhian", EXPRESSION, "R.", lambda form: form.expression),
+    Key("routhian", EXPRESSION, "Routh's function R.", lambda form: form.expression),
     Key("effective_potential", SUM, "The effective potential.", lambda form: form.potential),
     Key("gyroscopic", EXPRESSION, "The part of R that is linear in velocities."),
     Key(
@@ -182,9 +192,14 @@ ROUTHIAN: JsonObject[Routhian] = JsonObject(
         lambda form: _pairs(form.coordinates, form.shown),
     ),
     Key("mass_matrix", MATRIX, "M in M ddot(q) = f, unscaled."),
-    Key("forcing", list_of(EXPRESSION), "f."),
+    Key("forcing", list_of(EXPRESSION), "The right side f, with multipliers beside it."),
     Key("recovered", list_of(_RECOVERED), "The ignored coordinates.", _recovered),
-    Key("routhian_certificate", CERTIFICATE, "Its certificate.", lambda form: form.certificate),
+    Key(
+        "routhian_certificate",
+        CERTIFICATE,
+        "The comparison with L, M and f.",
+        lambda form: form.certificate,
+    ),
 )
 
 

@@ -71,9 +71,9 @@ def named_linearization(analysis: Analysis) -> NamedLinearization | None:
 
 
 _EXACT: JsonObject[ExactMatrices] = JsonObject(
-    Key("M", ROWS, "M.", lambda exact: exact.mass),
-    Key("C", ROWS, "C.", lambda exact: exact.damping),
-    Key("K", ROWS, "K.", lambda exact: exact.stiffness),
+    Key("M", ROWS, "M in closed form.", lambda exact: exact.mass),
+    Key("C", ROWS, "C in closed form.", lambda exact: exact.damping),
+    Key("K", ROWS, "K in closed form.", lambda exact: exact.stiffness),
     *optional(
         Key("A", ROWS, "A, where it is short.", lambda e: None if e.b is None else e.a),
         Key("B", ROWS, "B, where it is short.", lambda e: None if e.a is None else e.b),
@@ -94,8 +94,8 @@ LINEARIZATION: JsonObject[NamedLinearization] = JsonObject(
         lambda value: value.linear,
         Key("coordinates", NAMES, "Independent coordinates."),
         Key("M", _MATRIX, "M of M ẍ + C ẋ + K x = 0.", lambda linear: linear.mass),
-        Key("C", _MATRIX, "C.", lambda linear: linear.damping),
-        Key("K", _MATRIX, "K.", lambda linear: linear.stiffness),
+        Key("C", _MATRIX, "C of this.", lambda linear: linear.damping),
+        Key("K", _MATRIX, "K of this.", lambda linear: linear.stiffness),
         Key("damping", _MATRIX, "The symmetric part of C.", lambda linear: linear.dissipative),
         Key("gyroscopic", _MATRIX, "The antisymmetric part of C."),
         Key("exact", or_null(_EXACT), "The matrices in closed form, or null."),

@@ -90,7 +90,7 @@ _MOTION: tuple[Key[Trajectory], ...] = (
         "status",
         one_of("ok", "accuracy_not_reached", "stopped", "blow_up"),
         "How it ended; accuracy_not_reached: the result holds until holds_until; blow_up: the"
-        " motion itself ends; stopped: by a signal or the budget.",
+        " motion ends, with a singularity or an overflow; stopped: by a signal or the budget.",
     ),
     Key("t", NUMBER, "Time of the last sample.", lambda motion: float(motion.t[-1])),
     Key("state", by_name(NUMBER), "Every name at the last sample."),
@@ -113,7 +113,11 @@ _MOTION: tuple[Key[Trajectory], ...] = (
     Key("formulation", one_of("minimal", "multiplier"), "The form of the equations that ran."),
     Key("steps", INTEGER, "Number of steps."),
     Key("rhs_evaluations", INTEGER, "Number of right-hand sides."),
-    Key("reason", REASON, "Why the motion ends before its time; null if it does not."),
+    Key(
+        "reason",
+        REASON,
+        "Why the motion ends before its time, with contacts that are in the way; null if not.",
+    ),
     Key("remarks", NAMES, "Why another form or chart was taken."),
     Key("events", list_of(_EVENT), "What happens to contacts."),
 )
@@ -269,7 +273,11 @@ _POINTS: JsonObject[SectionPoints] = JsonObject(
     Key("holds_until", MAYBE_NUMBER, "Time until which the promise holds."),
     Key("energy_drift", MAYBE_NUMBER, "Drift of the energy; null if none is conserved."),
     Key("method", TEXT, "The method of integration."),
-    Key("reason", REASON, "Why the motion ends before its time; null if it does not."),
+    Key(
+        "reason",
+        REASON,
+        "Why the motion ends before its time, with contacts that are in the way; null if not.",
+    ),
     Key("runs", INTEGER, "How often the motion was run."),
     Key("seconds", NUMBER, "Wall clock of all of it."),
 )

@@ -60,7 +60,7 @@ _SCAN: JsonObject[Scan] = JsonObject(
     Key(
         "resolved",
         BOOLEAN,
-        "False if some part too fast to be told apart.",
+        "False if neighbours part too fast to tell all paths.",
         lambda s: s.is_resolved,
     ),
 )

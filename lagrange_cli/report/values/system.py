@@ -67,7 +67,7 @@ SYSTEM: JsonObject[Equations] = JsonObject(
         Key("extra", INTEGER, "Number of coordinates beside them."),
         Key("constraints", INTEGER, "Number of independent constraints."),
         Key("dof", INTEGER, "Number of degrees of freedom."),
-        Key("nonholonomic", INTEGER, "Number of constraints that cannot be integrated."),
+        Key("nonholonomic", INTEGER, "Number of velocity constraints that cannot be integrated."),
         Key("unilateral", INTEGER, "Number of one-sided constraints."),
     ),
     Key(
@@ -79,13 +79,13 @@ SYSTEM: JsonObject[Equations] = JsonObject(
     Key(
         "formulation",
         one_of("minimal", "multiplier"),
-        "multiplier: constraints stay beside the coordinates.",
+        "The form; multiplier: constraints stay beside the coordinates.",
         lambda equations: equations.system.formulation,
     ),
     Key(
         "predicted",
         or_null(_PREDICTED),
-        "Operations expected of one right-hand side in each formulation; null where there is one.",
+        "Operations expected of a right-hand side in each formulation; null where there is one.",
         lambda equations: equations.derivation.choice,
     ),
     Key(
@@ -106,9 +106,9 @@ SYSTEM: JsonObject[Equations] = JsonObject(
     ),
     *through(
         lambda equations: equations.system,
-        Key("kinetic", EXPRESSION, "T."),
-        Key("potential", EXPRESSION, "V."),
-        Key("lagrangian", EXPRESSION, "L."),
+        Key("kinetic", EXPRESSION, "The kinetic energy T."),
+        Key("potential", EXPRESSION, "The potential V."),
+        Key("lagrangian", EXPRESSION, "The Lagrangian L."),
     ),
 )
 
@@ -131,13 +131,13 @@ def _forces(equations: Equations) -> DerivedForces | None:
 
 
 _BALANCE: JsonObject[_Balance] = JsonObject(
-    Key("name", one_of("energy", "jacobi"), "Its name.", lambda value: value.balance.kind),
+    Key("name", one_of("energy", "jacobi"), "The energy's name.", lambda value: value.balance.kind),
     Key("expression", EXPRESSION, "The energy.", lambda value: value.energy),
     Key("rate", EXPRESSION, "Its rate.", lambda value: value.balance.rate),
 )
 _CLOSURE: JsonObject[Closure] = JsonObject(
     Key("name", TEXT, "Its name."),
-    Key("kind", one_of("position", "velocity"), "velocity: it holds velocities."),
+    Key("kind", one_of("position", "velocity"), "The kind; velocity: it holds velocities."),
     Key("expression", EXPRESSION, "The expression that is zero."),
 )
 
@@ -162,8 +162,13 @@ _ENTRY: JsonObject[_Entry] = JsonObject(
     Key("entry", EXPRESSION, "The derivative of the gap by it."),
 )
 _CONTACT: JsonObject[_NamedContact] = JsonObject(
-    Key("name", TEXT, "Name of the constraint.", lambda named: named.contact.name),
-    Key("gap", EXPRESSION, "At least 0.", lambda named: named.contact.closure.expression),
+    Key("name", TEXT, "Name of the one-sided constraint.", lambda named: named.contact.name),
+    Key(
+        "gap",
+        EXPRESSION,
+        "The gap, which is at least 0.",
+        lambda named: named.contact.closure.expression,
+    ),
     Key("gradient", list_of(_ENTRY), "Its derivatives that are not zero."),
     Key(
         "multiplier",
@@ -229,7 +234,7 @@ FINDINGS: JsonObject[Equations] = JsonObject(
     Key(
         "multipliers",
         NAMES,
-        "Names of the multipliers in the residuals.",
+        "Names lambda_NAME in the residuals: of closures, then of contacts.",
         lambda equations: [c.multiplier.name for c in equations.system.pushing],
     ),
     Key(
