@@ -165,7 +165,7 @@ class _Line:
         value = self.sum()
         last = self.parts.pop(0)
         if last.tag == "msup":
-            assert _sign(last[0]) == ")"
+            assert _sign(last[0][0] if last[0].tag == "mrow" else last[0]) == ")"
             return value ** self.reader.value(last[1])
         assert _sign(last) == ")"
         return value

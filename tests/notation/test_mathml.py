@@ -241,6 +241,7 @@ def test_signs_between_elements_are_elements(text, shown):
 
 KG, METRE, SECOND = (f'<mi mathvariant="normal">{unit}</mi>' for unit in ("kg", "m", "s"))
 SLASH = '<mo lspace="0em" rspace="0em">/</mo>'
+TIGHT = '<mo lspace="0em" rspace="0em" stretchy="false">'
 
 
 @pytest.mark.parametrize(
@@ -249,6 +250,7 @@ SLASH = '<mo lspace="0em" rspace="0em">/</mo>'
         ("kg*m^2/s", f"{KG}{THIN}<msup>{METRE}<mn>2</mn></msup>{SLASH}{SECOND}"),
         ("kg m^-1", f"{KG}{THIN}<msup>{METRE}{{}}</msup>"),
         ("1/s^(1/2)", f"<mn>1</mn>{SLASH}<msup>{SECOND}{{}}</msup>"),
+        ("1/(kg s)", f"<mn>1</mn>{SLASH}{TIGHT}(</mo>{KG}{THIN}{SECOND}{TIGHT})</mo>"),
         ("<b>", "<mtext>&lt;b&gt;</mtext>"),
         ("a, b", "<mtext>a, b</mtext>"),
     ],

@@ -207,7 +207,8 @@ def _operator(sign: str, size: str = "") -> str:
 
 def _tight(sign: str) -> str:
     """Return a sign of an index or exponent, without the spaces of a line."""
-    return f'<mo lspace="0em" rspace="0em">{escape(_TYPESET.get(sign, sign))}</mo>'
+    fixed = ' stretchy="false"' if sign in "()" else ""
+    return f'<mo lspace="0em" rspace="0em"{fixed}>{escape(_TYPESET.get(sign, sign))}</mo>'
 
 
 def _accented(base: str, accent: str) -> str:
@@ -419,7 +420,9 @@ class MathmlPrinter(TypesetPrinter):
         """Return a base with an exponent, which stands at the last parenthesis if there is one."""
         for closing in (self.brackets[1], self.tall[1]):
             if base.endswith(closing):
-                return base.removesuffix(closing) + mathml_scripted(closing, above=exponent)
+                # Chromium gives a sign that has an exponent its size within a row alone.
+                bearer = f"<mrow>{closing}</mrow>" if closing == self.tall[1] else closing
+                return base.removesuffix(closing) + mathml_scripted(bearer, above=exponent)
         if base.startswith("<msub>"):
             inner = base.removeprefix("<msub>").removesuffix("</msub>")
             return f"<msubsup>{inner}{mathml_row(exponent)}</msubsup>"

@@ -308,10 +308,10 @@ p, ul, dl, .display, .table { margin: 0.6rem 0; }
 .display math { width: fit-content; }
 math { font-family: "Latin Modern Math", "STIX Two Math", "Cambria Math", math; }
 mover[accent="true"] > mo:nth-child(2) { transform: translateY(-0.2ex); }
-mtd { padding: 0.3em 0; }
-.results math, .results mtable { width: 100%; }
-.results mtd:nth-child(2) { width: 100%; }
-.results mtd:last-child { padding-left: 1.5em; }
+.display > math > mtable > mtr > mtd { padding: 0.3em 0; }
+.results > math, .results > math > mtable { width: 100%; }
+.results > math > mtable > mtr > mtd:nth-child(2) { width: 100%; }
+.results > math > mtable > mtr > mtd:nth-child(3) { padding-left: 1.5em; }
 table { border-collapse: collapse; border: solid var(--line); border-width: 1px 0; }
 th { text-align: left; border-bottom: 1px solid var(--line); }
 .number { text-align: right; }
