@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Collection, Mapping, Sequence
+from typing import ClassVar, NamedTuple, TypeAlias
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.scene.language.written_text import WrittenText
 
-_OPENING, _CLOSING = "([", ")]"
+#: Names that a hint lists.
+_MOST_LISTED = 12
 
 
 class Curve(NamedTuple):
@@ -38,19 +40,19 @@ def read_panels(text: str, columns: Collection[str], source: str) -> Panels:
     InputError
         Located: something is not a curve, or there is no such name.
     """
+    written = _WrittenCurves(text, source)
     problems: list[Problem] = []
     panels = []
-    for start, end in _parts(text, 0, len(text), ","):
+    for panel in written.parts(","):
         curves = []
-        for part in _parts(text, start, end, "+"):
-            places = list(_parts(text, *part, ":"))
+        for bounds in written.parts("+", *panel):
+            places = written.parts(":", *bounds)
             names = ["".join(text[a:b].split()) for a, b in places]
             if len(names) > 2:
-                marked = _mark(text, *part, source)
-                problems.append(Problem("a curve is ORDINATE:ABSCISSA", marked, rule="plot-of"))
+                problems += written.refusal("a curve is ORDINATE:ABSCISSA", *bounds).problems
             for name, place in zip(names[:2], places, strict=False):
                 if name not in columns:
-                    problems.append(_unknown(name, columns, _mark(text, *place, source)))
+                    problems.append(_unknown(name, columns, written.mark(*place)))
             curves.append(Curve(*names[:2]))
         panels.append(tuple(curves))
     if problems:
@@ -58,35 +60,19 @@ def read_panels(text: str, columns: Collection[str], source: str) -> Panels:
     return tuple(panels)
 
 
+class _WrittenCurves(WrittenText):
+    """Curves as they were written."""
+
+    rule: ClassVar[str] = "plot-of"
+
+
 def _unknown(name: str, columns: Collection[str], mark: Mark) -> Problem:
     if not name:
         return Problem("a name is missing", mark, "'z:x, dot(theta):theta'", rule="plot-of")
-    said = f"the motion has nothing named '{name}'"
-    hint = nearest(name, columns) or f"it has {', '.join(_first(columns))}"
-    return Problem(said, mark, hint, rule="unknown-name")
-
-
-def _first(names: Collection[str], most: int = 12) -> list[str]:
-    shown = list(names)[:most]
-    return [*shown, "..."] if len(names) > most else shown
-
-
-def _mark(text: str, start: int, end: int, source: str) -> Mark:
-    """Mark a part of the text without the blanks around it."""
-    part = text[start:end]
-    begin = start + len(part) - len(part.lstrip())
-    return Mark(source, 1, begin + 1, text, max(1, len(part.strip())))
-
-
-def _parts(text: str, start: int, end: int, separator: str) -> Iterator[tuple[int, int]]:
-    """Yield the bounds of the parts of ``text[start:end]`` between separators outside brackets."""
-    depth = 0
-    for place in range(start, end):
-        depth += (text[place] in _OPENING) - (text[place] in _CLOSING)
-        if text[place] == separator and depth == 0:
-            yield start, place
-            start = place + 1
-    yield start, end
+    shown = list(columns)[:_MOST_LISTED]
+    listed = ", ".join([*shown, "..."] if len(columns) > len(shown) else shown)
+    hint = nearest(name, columns) or f"it has {listed}"
+    return Problem(f"the motion has nothing named '{name}'", mark, hint, rule="unknown-name")
 
 
 def columns_of(panels: Panels) -> tuple[str, ...]:

@@ -79,6 +79,12 @@ def unit_of_column(labels: Labels, name: str) -> Label | None:
     return labels.unit(name)
 
 
+def frequency_unit(labels: Labels, *, of_angles: bool = True) -> Label | None:
+    """Return the unit of angular frequencies, or of poles; None where that of time is open."""
+    time, above = labels.unit("t"), "rad" if of_angles else "1"
+    return time and Label(rf"\mathrm{{{above}}}/{time.latex}", f"{above}/{time.plain}")
+
+
 def in_dollars(symbol: Label) -> Label:
     """Return a symbol as a label."""
     return Label(f"${symbol.latex}$", symbol.plain)

@@ -46,7 +46,7 @@ def test_a_chain_is_displaced_as_sines():
         assert abs(scale) > 0.05
         assert sum(kind == "spring" for kind, _ in panel.sketch.at_rest.strokes) == 5
         squared = 2 * np.sqrt(10) * np.sin(np.pi * r / 10)
-        assert panel.title == f"ω = {squared:.4g}"
+        assert panel.title.plain == f"ω = {squared:.4g}"
 
 
 def test_a_sketch_has_no_springs_but_those_of_the_scene():
@@ -93,7 +93,7 @@ def test_the_moving_svg_is_a_loop_without_scripts():
 def test_the_gif_has_the_pictures_of_a_period():
     image = pytest.importorskip("PIL.Image")
     found = mode_pictures(equations("oscillators", "damped_oscillator.yaml"), moving=True)
-    assert found.panels[0].title == "s = −0.6 ± 6.296 i"
+    assert found.panels[0].title.plain == "s = −0.6 ± 6.296 i"
     data = animated_modes(found, "gif")
     assert image.open(io.BytesIO(data)).n_frames == 24
     assert draw_modes(found, "png").startswith(b"\x89PNG")

@@ -17,8 +17,10 @@ from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.pictures.figures import new_figure, picture_bytes
+from lagrange_cli.pictures.picture import equation, frequency_unit
 from lagrange_cli.pictures.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -65,7 +67,7 @@ class ModePanel:
         The system at rest, and along a period, or at its largest displacement alone.
     """
 
-    title: str
+    title: Label
     sketch: DisplacedSketch
 
     def shown(self, number: int) -> Drawn:
@@ -123,10 +125,15 @@ def mode_pictures(
     phases = 2 * np.pi * np.arange(_FRAMES if moving else 1) / _FRAMES
     assert linear.at.position is not None
     q0 = np.array([float(x) for x in linear.at.position])
-    sketch = RestingSketch(equations, q0)
+    sketch, labels = RestingSketch(equations, q0), labels_of(equations)
     panels = tuple(
         _panel(
-            equations, sketch, q0, linear.directions @ np.array(mode.shape), _titled(mode), phases
+            equations,
+            sketch,
+            q0,
+            linear.directions @ np.array(mode.shape),
+            _titled(mode, labels),
+            phases,
         )
         for mode in modes[:_MOST_MODES]
     )
@@ -141,7 +148,7 @@ def _panel(
     sketch: RestingSketch,
     q0: Array,
     shape: Array,
-    title: str,
+    title: Label,
     phases: Array,
 ) -> ModePanel:
     shape = shape * _amplitude(equations, sketch, shape)
@@ -161,14 +168,17 @@ def _amplitude(equations: Equations, sketch: RestingSketch, shape: Array) -> flo
     return min(limits, default=0.0)
 
 
-def _titled(mode: Mode) -> str:
-    """Write ``ω = 3.132``, or the pole ``s = −0.1 ± 3.1 i``."""
+def _titled(mode: Mode, labels: Labels) -> Label:
+    """Write ``ω = 3.132 rad/s``, or the pole ``s = −0.1 ± 3.1 i``."""
     pole = mode.pole
     if pole is None:
-        return f"ω = {mode.frequency:.4g}"
+        unit = frequency_unit(labels)
+        return equation(Label(r"\omega", "ω"), mode.frequency, unit, 4)
     parts = [f"{pole.real:.4g}".replace("-", "−")] if pole.real else []
     parts += [f"± {pole.imag:.4g} i"] if pole.imag else []
-    return f"s = {' '.join(parts) or '0'}"
+    plain = f"s = {' '.join(parts) or '0'}"
+    latex = plain.replace("−", "-").replace("±", r"\pm").replace(" i", r"\,\mathrm{i}")
+    return Label(f"${latex}$", plain)
 
 
 # -- boxes --------------------------------------------------------------------------------
@@ -218,7 +228,7 @@ def _figure(pictures: ModePictures, ending: str) -> tuple[Figure, list[Axes]]:
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
     for axes, panel in zip(grid, pictures.panels, strict=False):
-        axes.set_title(panel.title, fontsize="medium", parse_math=False)
+        axes.set_title(panel.title.latex, fontsize="medium")
     figure.suptitle(pictures.title, fontsize="large", parse_math=False)
     return figure, grid
 
@@ -310,7 +320,7 @@ def _svg(pictures: ModePictures) -> Iterator[str]:
         middle = column * size[0] + size[0] / 2
         yield (
             f'<text x="{middle:.1f}" y="{origin[1] - 6:.1f}" fill="#000" text-anchor="middle"'
-            f' font-family="serif" font-size="16">{_text(panel.title)}</text>'
+            f' font-family="serif" font-size="16">{_text(panel.title.plain)}</text>'
         )
         yield "</g>"
     yield "</svg>"

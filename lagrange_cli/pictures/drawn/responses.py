@@ -10,7 +10,15 @@ import numpy as np
 from lagrange_cli.analysis.values import Channel, FrequencyResponse, continuous_phase
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.pictures.drawing import picture_of
-from lagrange_cli.pictures.picture import DEGREES, NO_LABEL, Axis, Line, Panel, Picture
+from lagrange_cli.pictures.picture import (
+    DEGREES,
+    NO_LABEL,
+    Axis,
+    Line,
+    Panel,
+    Picture,
+    frequency_unit,
+)
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label, Labels
 
@@ -32,8 +40,8 @@ def picture_of_response(diagram: BodeDiagram, asked: str | None = None) -> Pictu
     response, labels = diagram.response, diagram.labels
     if not response.channels:
         raise InputError(Problem("no output answers to an input", rule="response"))
-    unit = Label(r"\mathrm{rad}/\mathrm{s}", "rad/s") if labels.units.get("t") == "s" else None
-    frequency = Axis(Label(r"angular frequency $\omega$", "angular frequency ω"), unit, is_log=True)
+    name = Label(r"angular frequency $\omega$", "angular frequency ω")
+    frequency = Axis(name, frequency_unit(labels), is_log=True)
     gains = [(channel, _gains(response, channel)) for channel in response.channels]
     sizes = [(c, np.where(np.abs(g) > 0, np.abs(g), np.nan)) for c, g in gains]
     phases = [(c, np.degrees(continuous_phase(g))) for c, g in gains]

@@ -44,10 +44,14 @@ class WrittenText:
         """Return the refusal of a part of the text."""
         return InputError(Problem(message, self.mark(start, end), hint, rule=self.rule))
 
-    def parts(self) -> list[tuple[int, int]]:
-        """Return the bounds of the parts between commas outside brackets."""
-        commas = [k for k, c in enumerate(self.text) if c == "," and not self._depth(0, k)]
-        return list(zip([0, *(k + 1 for k in commas)], [*commas, len(self.text)], strict=True))
+    def parts(
+        self, separator: str = ",", start: int = 0, end: int | None = None
+    ) -> list[tuple[int, int]]:
+        """Return the bounds of the parts between separators outside brackets."""
+        end = len(self.text) if end is None else end
+        places = range(start, end)
+        cuts = [k for k in places if self.text[k] == separator and not self._depth(start, k)]
+        return list(zip([start, *(k + 1 for k in cuts)], [*cuts, end], strict=True))
 
     def relations(self, start: int, end: int) -> list[re.Match[str]]:
         """Return the signs of relations in a part of the text, outside brackets."""
