@@ -156,7 +156,7 @@ def frequency_response(
 def plot_response(
     derived: Derived, path: str | os.PathLike[str], response: FrequencyResponse
 ) -> None:
-    """Draw the Bode diagram of a frequency response by matplotlib.
+    """Draw the Bode diagram of a frequency response, as :func:`plot_modes` draws modes.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def plot_modes(
     Parameters
     ----------
     path
-        A picture by matplotlib.
+        A picture by matplotlib, or ``.tex`` for pgfplots.
     at
         As of :meth:`analyze`.
 
@@ -188,11 +188,11 @@ def plot_modes(
         There are no modes, or the system cannot be drawn; matplotlib is not installed, or
         cannot write such a file.
     """
-    from lagrange_cli.files import write_file
-    from lagrange_cli.pictures.drawn.modes import draw_modes, mode_pictures
+    from lagrange_cli.pictures.drawing import draw_into
+    from lagrange_cli.pictures.drawn.modes import mode_pictures
 
     pictures = mode_pictures(derived.equations, texts(at), moving=False)
-    write_file(path, draw_modes(pictures, _ending(path)))
+    draw_into(path, pictures)
     return pictures.remark
 
 

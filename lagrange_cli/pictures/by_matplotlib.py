@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import latex_text
-from lagrange_cli.pictures.figures import new_figure, picture_bytes, require_ending, settings
+from lagrange_cli.pictures.figures import DPI, new_figure, picture_bytes, require_ending, settings
 from lagrange_cli.pictures.picture import DEGREES, NO_LABEL
 from lagrange_cli.pictures.style import (
     BAR_COLOURS,
@@ -27,16 +27,19 @@ if TYPE_CHECKING:
     from lagrange_cli.pictures.picture import (
         ColourBar,
         Line,
+        Look,
         Panel,
         Picture,
         PlaneMap,
     )
-    from lagrange_cli.pictures.style import Look
     from lagrange_cli.simulate.model.labels import Label
 
 #: Inches: the width of the text of a page, that of a single path, the height of panels over one
 #: abscissa and of others below each other, and the part of each for numbers and names.
 _WIDTH, _SINGLE, _HEIGHT, _STACKED, _NAMES = 6.3, 4.4, 1.9, 2.4, (0.9, 0.5)
+
+#: Inches across a panel without axes, above it for its title, and across the narrowest picture.
+_BARE, _HEAD, _NARROW = 2.1, 0.35, 3.2
 
 #: Centimetres of an inch.
 _INCH = 2.54
@@ -60,8 +63,8 @@ _DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (6, 1, 1, 1, 1, 1)))
 _SYMBOLS = "os^vDP*X"
 
 
-def draw(picture: Picture, ending: str) -> bytes:
-    """Draw a picture; return the bytes of a file of this ending.
+def draw(picture: Picture, ending: str, dpi: int = DPI) -> bytes:
+    """Draw a picture; return the bytes of a file of this ending, with ``dpi`` dots an inch.
 
     Raises
     ------
@@ -69,10 +72,8 @@ def draw(picture: Picture, ending: str) -> bytes:
         matplotlib is not installed, or does not know the ending.
     """
     columns, rows = picture.columns, -(-len(picture.panels) // picture.columns)
-    wide = picture.is_stacked or columns > 1
-    heights = _heights(picture)
-    size = (_WIDTH if wide else _SINGLE, sum(heights) + 0.4)
-    figure = new_figure(size, ending)
+    width, heights = _size(picture)
+    figure = new_figure((width, sum(heights) + 0.4), ending)
     with settings(ending) as by_tex:
         writer = _Writer(picture, by_tex)
         grid = figure.subplots(
@@ -80,7 +81,7 @@ def draw(picture: Picture, ending: str) -> bytes:
         )
         for number, panel in enumerate(picture.panels):
             axes, height = grid.flat[number], heights[number // columns]
-            across, tall = size[0] / columns - _NAMES[0], height - _NAMES[1]
+            across, tall = width / columns - _NAMES[0], height - _NAMES[1]
             writer.draw_panel(axes, panel, (_INCH * across, _INCH * tall))
         for axes in grid.flat[len(picture.panels) :]:
             axes.set_visible(False)
@@ -91,16 +92,20 @@ def draw(picture: Picture, ending: str) -> bytes:
         if picture.bar is not None:
             _draw_bar(figure, picture.bar, list(grid.flat), writer)
         _draw_title(figure, picture.title, picture.caption, by_tex)
-        return picture_bytes(figure, ending)
+        return picture_bytes(figure, ending, dpi)
 
 
-def _heights(picture: Picture) -> list[float]:
-    """Return the inches of each row of panels."""
-    if not picture.is_stacked:
-        columns = picture.columns
-        return [(_WIDTH / columns if columns > 1 else _SINGLE)] * -(-len(picture.panels) // columns)
-    height = _HEIGHT if picture.shares_abscissa else _STACKED
-    return [height * panel.height for panel in picture.panels]
+def _size(picture: Picture) -> tuple[float, list[float]]:
+    """Return the inches across the picture, and those of each row of panels."""
+    columns, first = picture.columns, picture.panels[0]
+    if picture.is_stacked:
+        height = _HEIGHT if picture.shares_abscissa else _STACKED
+        return _WIDTH, [height * panel.height for panel in picture.panels]
+    rows = -(-len(picture.panels) // columns)
+    if first.box is not None:
+        return max(_NARROW, columns * _BARE), rows * [_BARE * first.ratio + _HEAD]
+    width = _WIDTH if columns > 1 else _SINGLE
+    return width, rows * [width / columns]
 
 
 def _draw_title(figure: Figure, title: str, caption: Label, by_tex: bool) -> None:
@@ -148,7 +153,7 @@ class _Writer:
         if look.symbol is not None:
             symbol = "+" if look.symbol < 0 else _SYMBOLS[look.symbol]
             style |= {"marker": symbol, "markersize": look.size}
-        if line.style == "dots":
+        if line.style == "dots" or line.look is not None:
             style["markeredgewidth"] = 0
         label = self.shown(line.label) if look.is_named else _UNNAMED
         if line.errors is None:
@@ -163,6 +168,12 @@ class _Writer:
     def _draw_axes(self, axes: Axes, panel: Panel, height: float) -> None:
         from matplotlib.ticker import MaxNLocator
 
+        if panel.title is not NO_LABEL:
+            axes.set_title(self.shown(panel.title))
+        if panel.box is not None:
+            axes.set(xlim=panel.box[:2], ylim=panel.box[2:], aspect="equal")
+            axes.set_axis_off()
+            return
         axes.set_xlabel(self.shown(panel.x.label))
         axes.set_ylabel(self.shown(panel.y.label))
         axes.set_xscale("log" if panel.x.is_log else "linear")

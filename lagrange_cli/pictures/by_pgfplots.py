@@ -20,8 +20,7 @@ from lagrange_cli.pictures.style import (
 )
 
 if TYPE_CHECKING:
-    from lagrange_cli.pictures.picture import Line, Panel, Picture
-    from lagrange_cli.pictures.style import Look
+    from lagrange_cli.pictures.picture import Line, Look, Panel, Picture
     from lagrange_cli.simulate.arrays import Array
 
 #: Distance from a line that the points left of it have at most, over the extent of the axes; a
@@ -34,6 +33,9 @@ _MOST_POINTS = 4000
 #: Centimetres between axes beside each other; width and height of axes, by whether they are wide.
 _BESIDE = 2.0
 _SIZES = {True: (11.0, 3.2), False: (5.6, 5.6)}
+
+#: Centimetres across a panel without axes.
+_BARE = 4.0
 
 #: Centimetres below axes for their names, and for a legend above the next ones.
 _BELOW, _NAMES, _LEGEND = 0.9, 0.8, 0.5
@@ -60,7 +62,7 @@ _HEAD = r"""% Made by lagrange. In the preamble:
 
 def pgfplots_text(picture: Picture) -> str:
     """Write a picture as a ``tikzpicture`` of pgfplots."""
-    width, height = _SIZES[picture.is_stacked]
+    width, height = _size(picture)
     middle = (picture.columns * (width + _BESIDE) - _BESIDE) / 2
     top = height * picture.panels[0].height if picture.is_stacked else height
     place = f"({_number(middle)}cm,{_number(top + (0.3 if picture.columns == 1 else 1.0))}cm)"
@@ -71,9 +73,16 @@ def pgfplots_text(picture: Picture) -> str:
     return f"{_HEAD}\\begin{{tikzpicture}}\n{title}{body}\\end{{tikzpicture}}\n"
 
 
+def _size(picture: Picture) -> tuple[float, float]:
+    """Return the centimetres across axes, and the height of those of height 1."""
+    if (first := picture.panels[0]).box is not None:
+        return _BARE, _BARE * first.ratio
+    return _SIZES[picture.is_stacked]
+
+
 def _axes(picture: Picture) -> Iterator[str]:
     """Yield the axes of each panel below those before, the lower left corner of the first at 0."""
-    width, full = _SIZES[picture.is_stacked]
+    width, full = _size(picture)
     between = _BELOW + (0.0 if picture.shares_abscissa else _NAMES)
     between += 0.0 if picture.columns == 1 else _LEGEND
     y = full * (picture.panels[0].height if picture.is_stacked else 1.0)
@@ -92,6 +101,13 @@ def _axes(picture: Picture) -> Iterator[str]:
 
 
 def _options(picture: Picture, panel: Panel, size: tuple[float, float]) -> Iterator[str]:
+    if panel.title is not NO_LABEL:
+        yield f"title={{{panel.title.latex}}}"
+    if panel.box is not None:
+        names = zip(("xmin", "xmax", "ymin", "ymax"), panel.box, strict=True)
+        yield from (f"{name}={_number(end)}" for name, end in names)
+        yield "hide axis, axis equal"
+        return
     yield f"ylabel={{{panel.y.label.latex}}}"
     below = picture.shares_abscissa and panel is not picture.panels[-1]
     yield "xticklabels={}" if below else f"xlabel={{{panel.x.label.latex}}}"

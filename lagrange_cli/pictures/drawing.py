@@ -29,6 +29,7 @@ _HOMES = {
     "Fit": "fits",
     "EffectivePotential": "potentials",
     "Analysis": "branches",
+    "ModePictures": "modes",
 }
 
 

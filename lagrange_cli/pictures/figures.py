@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _SALT = "lagrange"
 
 #: Dots an inch of pictures that are made of dots.
-_DPI = 200
+DPI = 200
 
 #: Beginning of a picture as .pgf, with what matplotlib leaves to the reader's preamble.
 _PGF_HEAD = b"\\begingroup%\n\\providecommand{\\mathdefault}[1]{#1}%\n"
@@ -149,7 +149,7 @@ def _of_tex(error: Exception) -> str:
     return next((line[1:].strip() for line in lines if line.startswith("!")), lines[0])
 
 
-def picture_bytes(figure: Figure, ending: str) -> bytes:
+def picture_bytes(figure: Figure, ending: str, dpi: int = DPI) -> bytes:
     """Write a figure as the bytes of a file, the same ones for the same figure.
 
     Raises
@@ -161,7 +161,7 @@ def picture_bytes(figure: Figure, ending: str) -> bytes:
     # Without a salt the names of parts of an SVG are random.
     try:
         with settings(ending):
-            figure.savefig(file, format=ending, dpi=_DPI, **_undated(ending))
+            figure.savefig(file, format=ending, dpi=dpi, **_undated(ending))
     except InputError:
         raise
     except Exception as error:

@@ -79,10 +79,10 @@ def unit_of_column(labels: Labels, name: str) -> Label | None:
     return labels.unit(name)
 
 
-def frequency_unit(labels: Labels, *, of_angles: bool = True) -> Label | None:
-    """Return the unit of angular frequencies, or of poles; None where that of time is open."""
-    time, above = labels.unit("t"), "rad" if of_angles else "1"
-    return time and Label(rf"\mathrm{{{above}}}/{time.latex}", f"{above}/{time.plain}")
+def frequency_unit(labels: Labels) -> Label | None:
+    """Return the unit of angular frequencies; None where that of time is open."""
+    time = labels.unit("t")
+    return time and Label(rf"\mathrm{{rad}}/{time.latex}", f"rad/{time.plain}")
 
 
 def in_dollars(symbol: Label) -> Label:
@@ -122,6 +122,38 @@ Style: TypeAlias = Literal["line", "faint", "rule", "band", "dots", "marked", "c
 dotted ``rule``; a broad ``band`` behind others; large black ``crosses``."""
 
 
+#: Dash patterns, and symbols at points, that writers have.
+DASHES, SYMBOLS = 5, 8
+
+
+@dataclass(frozen=True)
+class Look:
+    """The look of a line.
+
+    Attributes
+    ----------
+    colour
+        In hexadecimal digits; None for that of its level.
+    width
+        Points, in which letters are measured, across the line; 0 for none.
+    dash
+        Number of its dash pattern, below :data:`DASHES`.
+    symbol
+        Number of the symbols at its points, below :data:`SYMBOLS`; None for none, -1 for crosses.
+    size
+        Points across a symbol.
+    is_named
+        True if the legend has it.
+    """
+
+    colour: str | None
+    width: float = 1.0
+    dash: int = 0
+    symbol: int | None = None
+    size: float = 0.0
+    is_named: bool = True
+
+
 @dataclass(frozen=True)
 class Line:
     """A line.
@@ -146,6 +178,8 @@ class Line:
         Half the length of a bar at each point, shape (m,); None for no bars.
     level
         Place of its colour in the bar of colours, from 0 to 1; None without one.
+    look
+        Its look; None for that of its style.
     """
 
     label: Label
@@ -158,6 +192,7 @@ class Line:
     has_ends: bool = False
     errors: Array | None = None
     level: float | None = None
+    look: Look | None = None
 
 
 @dataclass(frozen=True)
@@ -189,6 +224,10 @@ class Panel:
         True if a legend may name its lines.
     height
         Relative to other panels.
+    title
+        Text above it.
+    box
+        Left, right, lower and upper end of a panel that is drawn without its axes, in one scale.
     """
 
     lines: tuple[Line, ...]
@@ -199,6 +238,14 @@ class Panel:
     places: tuple[MarkedPlace, ...] = ()
     has_legend: bool = True
     height: float = 1.0
+    title: Label = NO_LABEL
+    box: tuple[float, float, float, float] | None = None
+
+    @property
+    def ratio(self) -> float:
+        """Height over width of a panel without axes."""
+        left, right, low, high = self.box or (0.0, 1.0, 0.0, 1.0)
+        return min(max((high - low) / (right - left), 0.25), 2.0)
 
 
 @dataclass(frozen=True)
@@ -226,6 +273,8 @@ class Picture:
         Mathematics below the title.
     bar
         Colours of lines that have a level; None if none has.
+    most_columns
+        Panels beside each other, at most.
     """
 
     title: str
@@ -233,11 +282,12 @@ class Picture:
     is_stacked: bool = False
     caption: Label = NO_LABEL
     bar: ColourBar | None = None
+    most_columns: int = 2
 
     @property
     def columns(self) -> int:
         """Panels beside each other."""
-        return 1 if len(self.panels) == 1 or self.is_stacked else 2
+        return 1 if self.is_stacked else min(self.most_columns, len(self.panels))
 
     @property
     def shares_abscissa(self) -> bool:

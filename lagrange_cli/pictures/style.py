@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from lagrange_cli.pictures.picture import Line, Panel
+from lagrange_cli.pictures.picture import DASHES, SYMBOLS, Line, Look, Panel
 from lagrange_cli.simulate.arrays import Array
 
 #: Colours that differ in lightness too, for print in black and white (M. Okabe and K. Ito, Color
@@ -21,9 +20,6 @@ COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#5
 
 #: Colours of a bar, dark to light: those of viridis but for its yellow, which paper swallows.
 BAR_COLOURS = ("#440154", "#3b528b", "#21918c", "#5ec962")
-
-#: Dash patterns, and symbols at points, that writers have.
-DASHES, SYMBOLS = 5, 8
 
 _GREY, _PALE = "#b3b3b3", "#dedede"
 
@@ -34,40 +30,12 @@ _FEW_DOTS = 100
 _LONGEST_LEGEND = 24
 
 
-@dataclass(frozen=True)
-class Look:
-    """The look of a line.
-
-    Attributes
-    ----------
-    colour
-        In hexadecimal digits; None for that of its level.
-    width
-        Points, in which letters are measured, across the line; 0 for none.
-    dash
-        Number of its dash pattern, below :data:`DASHES`.
-    symbol
-        Number of the symbols at its points, below :data:`SYMBOLS`; None for none, -1 for crosses.
-    size
-        Points across a symbol.
-    is_named
-        True if the legend has it.
-    """
-
-    colour: str | None
-    width: float = 1.0
-    dash: int = 0
-    symbol: int | None = None
-    size: float = 0.0
-    is_named: bool = True
-
-
 def legend_lines(panel: Panel) -> tuple[Line, ...]:
     """List the lines that a legend names; none if there is nothing to tell apart, or too much."""
     named = tuple(
         line
         for line in panel.lines
-        if line.style != "faint" and not line.is_again and line.level is None
+        if line.style != "faint" and line.look is None and not line.is_again and line.level is None
     )
     most = len(COLOURS) if any(line.style == "dots" for line in named) else _LONGEST_LEGEND
     return named if panel.has_legend and 1 < len(named) <= most else ()
@@ -79,7 +47,7 @@ def looks(panel: Panel) -> Iterator[tuple[Line, Look]]:
     number = 0
     for line in panel.lines:
         place = number if line.colour is None else line.colour
-        look = _look(line, place, is_named=id(line) in named)
+        look = line.look or _look(line, place, is_named=id(line) in named)
         number += line.style in ("line", "dots", "marked", "bars") and line.dash is None
         yield line, look
 

@@ -10,7 +10,8 @@ import pytest
 
 from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
-from lagrange_cli.pictures.drawn.modes import animated_modes, draw_modes, mode_pictures
+from lagrange_cli.pictures.drawing import drawn, picture_of
+from lagrange_cli.pictures.drawn.modes import animated_modes, mode_pictures
 from lagrange_cli.pictures.sketch.composition import sketch_of
 from lagrange_cli.pictures.sketch.svg import svg_text
 from tests.cli.terminal import lagrange, succeed
@@ -96,7 +97,7 @@ def test_the_gif_has_the_pictures_of_a_period():
     assert found.panels[0].title.plain == "s = −0.6 ± 6.296 i"
     data = animated_modes(found, "gif")
     assert image.open(io.BytesIO(data)).n_frames == 24
-    assert draw_modes(found, "png").startswith(b"\x89PNG")
+    assert drawn(picture_of(found), "png").startswith(b"\x89PNG")
 
 
 @pytest.mark.slow

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.files import ending_of
-
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
     from lagrange_cli.api.analyzed import Analyzed
@@ -140,8 +138,6 @@ class AnalysisPictures:
         shown = _shown_by_plot(request) if plot is not None else None
         if animate is not None:
             _require_modes(request, "--animate", "")
-        if plot is not None and shown == "shapes" and ending_of(plot) == ".tex":
-            raise click.UsageError("--plot draws modes as .svg, .pdf or .png")
         drawn = {} if shown is None else {shown: plot}
         return cls(loci=loci, moving=animate, **drawn)
 

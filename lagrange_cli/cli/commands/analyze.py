@@ -123,8 +123,8 @@ ENDINGS = {
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
 @heading("Pictures")
 @options.plot(
-    "Draw the shapes of --modes, as .svg, .pdf or .png; the Bode diagram of --response or the"
-    " bifurcation diagram of --branches also as .pgf or .tex.",
+    "Draw the shapes of --modes, the Bode diagram of --response or the bifurcation diagram of"
+    " --branches, as .pdf, .svg, .png, .pgf or .tex.",
     "tex",
 )
 @options.file(

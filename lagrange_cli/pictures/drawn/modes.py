@@ -6,8 +6,9 @@ the eye: the fastest particle goes a part of the extent of the system, and no an
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
@@ -16,17 +17,23 @@ import numpy as np
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable
-from lagrange_cli.pictures.figures import new_figure, picture_bytes
-from lagrange_cli.pictures.picture import equation, frequency_unit
+from lagrange_cli.pictures.by_matplotlib import draw
+from lagrange_cli.pictures.drawing import picture_of
+from lagrange_cli.pictures.picture import (
+    NO_LABEL,
+    Axis,
+    Line,
+    Look,
+    Panel,
+    Picture,
+    equation,
+    frequency_unit,
+)
 from lagrange_cli.pictures.sketch.displaced import DisplacedSketch, RestingSketch
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from lagrange_cli.analysis.values import Mode
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.pictures.sketch.displaced import Drawn
@@ -45,8 +52,8 @@ _FRAMES, _SECONDS = 24, 2.0
 #: Centimetres around everything, above it for the title, and from a line to itself displaced.
 _MARGIN, _HEAD, _BESIDE = 0.45, 0.7, 0.55
 
-#: Inches of a panel, dots an inch of an animation, pixels of a centimetre of an SVG.
-_PANEL, _DPI, _PIXELS = 2.1, 100, 32
+#: Points across a panel, dots an inch of an animation, pixels of a centimetre of an SVG.
+_POINTS, _DPI, _PIXELS = 150, 100, 32
 
 #: Width of lines in points.
 _WIDTHS: Mapping[StrokeKind, float] = {"rod": 1.6, "wheel": 1.2, "spring": 0.9, "damper": 0.9}
@@ -196,88 +203,50 @@ def _box(pictures: ModePictures) -> tuple[Array, Array]:
     return together.min(axis=0) - _MARGIN, together.max(axis=0) + _MARGIN
 
 
-# -- by matplotlib ------------------------------------------------------------------------
+# -- as pictures --------------------------------------------------------------------------
 
 
-def draw_modes(pictures: ModePictures, ending: str) -> bytes:
-    """Draw still pictures; return the bytes of a file of this ending.
-
-    Raises
-    ------
-    InputError
-        matplotlib is not installed, or does not know the ending.
-    """
-    figure, grid = _figure(pictures, ending)
-    for axes, panel in zip(grid, pictures.panels, strict=False):
-        _draw_still(axes, panel)
-        _draw(axes, panel.shown(0), _DARK)
-    return picture_bytes(figure, ending)
+@picture_of.register
+def picture_of_modes(pictures: ModePictures, asked: str | None = None) -> Picture:
+    """Draw a panel for each mode."""
+    return _picture(pictures, 0)
 
 
-def _figure(pictures: ModePictures, ending: str) -> tuple[Figure, list[Axes]]:
-    """Make a figure with one empty panel for each mode."""
-    low, high = _box(pictures)
-    columns = min(_IN_A_ROW, len(pictures.panels))
-    rows = -(-len(pictures.panels) // columns)
-    tall = float(np.clip((high[1] - low[1]) / (high[0] - low[0]), 0.25, 2.0))
-    figure = new_figure((max(3.2, columns * _PANEL), rows * (_PANEL * tall + 0.35) + 0.4), ending)
-    grid = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for axes in grid:
-        axes.set_axis_off()
-        axes.set_aspect("equal")
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1], high[1])
-    for axes, panel in zip(grid, pictures.panels, strict=False):
-        axes.set_title(panel.title.latex, fontsize="medium")
-    figure.suptitle(pictures.title, fontsize="large", parse_math=False)
-    return figure, grid
+def _picture(pictures: ModePictures, number: int) -> Picture:
+    """Return the picture of one of the configurations of each mode."""
+    (left, low), (right, high) = (corner.tolist() for corner in _box(pictures))
+    empty = Panel((), Axis(NO_LABEL), Axis(NO_LABEL), box=(left, right, low, high))
+    dot = 2 * _BODY * _POINTS * min(1 / (right - left), empty.ratio / (high - low))
+    panels = tuple(
+        replace(empty, lines=tuple(_lines(panel, number, dot)), title=panel.title)
+        for panel in pictures.panels
+    )
+    return Picture(pictures.title, panels, most_columns=_IN_A_ROW)
 
 
-def _draw_still(axes: Axes, panel: ModePanel) -> None:
-    for kind, line in panel.sketch.still:
-        axes.plot(*line.T, color=_STILL, lw=_WIDTHS.get(kind, _OTHER_WIDTH), zorder=1)
-    _draw(axes, panel.sketch.at_rest, _LIGHT)
-
-
-def _draw(axes: Axes, drawn: Drawn, colour: str) -> list[Artist]:
-    """Draw a configuration; return the artists that were added."""
-    from matplotlib.patches import Circle
-
-    added: list[Artist] = []
-    for kind, line in drawn.strokes:
-        style = "--" if kind == "radius" else "-"
-        width = _WIDTHS.get(kind, _OTHER_WIDTH)
-        added += axes.plot(*line.T, color=colour, lw=width, ls=style, zorder=2)
-    circles = [Circle((x, y), _BODY, color=colour, zorder=3) for x, y in drawn.bodies]
-    added += [axes.add_patch(circle) for circle in circles]
-    return added
+def _lines(panel: ModePanel, number: int, dot: float) -> Iterator[Line]:
+    """Yield supports, the system at rest and displaced; ``dot``: points across a body."""
+    still = type(panel.sketch.at_rest)(panel.sketch.still, np.zeros((0, 2)))
+    drawn = ((still, _STILL), (panel.sketch.at_rest, _LIGHT), (panel.shown(number), _DARK))
+    for configuration, colour in drawn:
+        for kind, line in configuration.strokes:
+            look = Look(
+                colour, _WIDTHS.get(kind, _OTHER_WIDTH), int(kind == "radius"), is_named=False
+            )
+            yield Line(NO_LABEL, line[:, 0], line[:, 1], look=look)
+        x, y = configuration.bodies.T
+        yield Line(NO_LABEL, x, y, look=Look(colour, 0.0, 0, 0, dot, is_named=False))
 
 
 def _gif(pictures: ModePictures) -> bytes:
     """Draw the pictures of a period one after the other."""
-    import tempfile
-    from pathlib import Path
+    frames = [draw(_picture(pictures, number), "png", _DPI) for number in range(_FRAMES)]
+    from PIL import Image
 
-    from matplotlib.animation import FuncAnimation, PillowWriter
-
-    figure, grid = _figure(pictures, "png")
-    for axes, panel in zip(grid, pictures.panels, strict=False):
-        _draw_still(axes, panel)
-    before: list[Artist] = []
-
-    def frame(number: int) -> list[Artist]:
-        for artist in before:
-            artist.remove()
-        before.clear()
-        for axes, panel in zip(grid, pictures.panels, strict=False):
-            before.extend(_draw(axes, panel.shown(number), _DARK))
-        return before
-
-    film = FuncAnimation(figure, frame, frames=_FRAMES, init_func=list)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "modes.gif")
-        film.save(path, writer=PillowWriter(fps=round(_FRAMES / _SECONDS)), dpi=_DPI)
-        return path.read_bytes()
+    first, *others = (Image.open(io.BytesIO(frame)) for frame in frames)
+    stream, pause = io.BytesIO(), round(1000 * _SECONDS / _FRAMES)
+    first.save(stream, "gif", save_all=True, append_images=others, duration=pause, loop=0)
+    return stream.getvalue()
 
 
 # -- as a moving SVG ----------------------------------------------------------------------
