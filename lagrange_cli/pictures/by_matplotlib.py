@@ -290,6 +290,7 @@ def _shown(label: Label, by_tex: bool) -> str:
 
     try:
         MathTextParser("path").parse(label.latex)
+        is_known = "$" in label.latex
     except ValueError:
-        return label.plain.replace("$", r"\$")
-    return label.latex
+        is_known = False
+    return label.latex if is_known else label.plain.replace("$", r"\$")

@@ -135,6 +135,8 @@ def text_sides(panel: Panel, width: float, height: float) -> list[tuple[int, int
 
     ``width`` and ``height`` are those of the axes in centimetres.
     """
+    if not panel.places:
+        return []
     parts, sides = _places(panel, width / height), []
     for mark, place in zip(parts[len(parts) - len(panel.places) :], panel.places, strict=True):
         letters = len(place.label.plain)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from lagrange_cli.pictures.drawing import picture_of
-from lagrange_cli.pictures.picture import Axis, Line, Panel, Picture, Style, latex_digits
+from lagrange_cli.pictures.picture import NO_LABEL, Axis, Line, Panel, Picture, Style, latex_digits
 from lagrange_cli.simulate.model.labels import Label
 from lagrange_cli.studies.tradeoff.result import Trade
 from lagrange_cli.studies.tradeoff.runs import WorkPrecisionPoint
@@ -28,7 +28,8 @@ def picture_of_trade(trade: Trade, asked: str | None = None) -> Picture:
     """Draw a panel for each cost."""
     until = Label(f"$t \\leq {latex_digits(trade.until)}$", f"t ≤ {trade.until:.6g}")
     if not any(map(_is_drawn, trade.points)):
-        until = Label("no run to draw", "no run to draw")
+        empty = Panel((), Axis(NO_LABEL), Axis(NO_LABEL))
+        return Picture(trade.name, (empty,), caption=Label("no run to draw", "no run to draw"))
     seconds = _panel(trade, "seconds", lambda p: p.median, lambda p: p.pareto)
     evaluations = _panel(
         trade, "right-hand sides", lambda p: float(p.evaluations), lambda p: p.pareto_evaluations
@@ -62,8 +63,6 @@ def _lines(
 ) -> Iterator[Line]:
     """Yield the front, a line for each method, and crosses for ``auto``."""
     drawn = [point for point in trade.points if _is_drawn(point)]
-    if not drawn:
-        return
 
     def line(name: str, points: list[WorkPrecisionPoint], style: Style) -> Line:
         places = np.array([(p.distance, cost(p)) for p in points]).reshape(-1, 2)
