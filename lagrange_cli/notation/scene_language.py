@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
 from lagrange_cli.notation.printers.one_line import OneLinePrinter, argument_list, group, solid
@@ -111,10 +110,6 @@ def to_scene_language(expression: Expr, equations: Equations) -> str:
     return ScenePrinter().inline(display(expression, vocabulary(equations)))
 
 
-#: Matrices of more rows are given by their entries.
-LARGEST_DENSE = 64
-
-
 class ExpressionPrinter:
     """Prints expressions and display trees with one vocabulary, in the language of its printer."""
 
@@ -131,13 +126,3 @@ class ExpressionPrinter:
     def knowing(self, words: Vocabulary) -> ExpressionPrinter:
         """Return the printer with another vocabulary."""
         return ExpressionPrinter(words, self._printer)
-
-
-def matrix(
-    rows: Sequence[Sequence[Expr]], say: ExpressionPrinter
-) -> list[list[str]] | dict[str, Any]:
-    """Return all entries, or (row, column, entry) of those that are not 0, counted from 0."""
-    if len(rows) <= LARGEST_DENSE:
-        return [[say(entry) for entry in row] for row in rows]
-    terms = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
-    return {"shape": [len(rows), len(rows)], "entries": terms}

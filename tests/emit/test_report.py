@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 from lagrange_cli.errors import Mark, Problem
-from lagrange_cli.notation import scene_language
+from lagrange_cli.report.values import expressions
 from lagrange_cli.report.values.derivation import derivation_report
 from tests.emit.emit_scenes import HALF, build, coordinates, masses_through_hole, parameters
 from tests.parts import changed
@@ -94,7 +94,7 @@ def test_explicit_form_solves_for_accelerations():
 
 def test_large_matrices_are_sparse(monkeypatch):
     n = 9
-    monkeypatch.setattr(scene_language, "LARGEST_DENSE", n - 1)
+    monkeypatch.setattr(expressions, "LARGEST_DENSE", n - 1)
     given = parameters(m=1.0)
     chosen = coordinates(*(f"x{i}" for i in range(n)))
     kinetic = sympy.Add(*(HALF * given[0].symbol * c.v**2 for c in chosen))

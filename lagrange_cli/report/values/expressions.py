@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, get_args
 
 from lagrange_cli.analysis.values import Verdict
+from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display_sum, display_terms
-from lagrange_cli.notation.scene_language import matrix
 from lagrange_cli.report.values.json_types import (
     EXPRESSION,
     INTEGER,
@@ -20,12 +20,13 @@ from lagrange_cli.report.values.json_types import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import Certificate
+    from lagrange_cli.notation.scene_language import ExpressionPrinter
 
 #: The terms of a sum in their order; 0 without any.
 SUM = ConvertedType(
@@ -38,34 +39,35 @@ ROW = ConvertedType(TEXT.schema, lambda shown, say: say.tree(display_terms(shown
 #: Rows of expressions.
 ROWS = list_of(list_of(EXPRESSION))
 
-#: A square matrix, by the entries that are not 0 where it is large.
-MATRIX = ConvertedType(
-    {
-        "anyOf": [
-            ROWS.schema,
-            {
-                "type": "object",
-                "properties": {
-                    "shape": list_of(INTEGER, 2).schema
-                    | {"description": "Number of rows and columns."},
-                    "entries": {
-                        "type": "array",
-                        "items": {
-                            "type": "array",
-                            "prefixItems": [INTEGER.schema, INTEGER.schema, TEXT.schema],
-                            "minItems": 3,
-                            "items": False,
-                        },
-                        "description": "Row and column from 0, and entry, of those that are not 0.",
-                    },
-                },
-                "required": ["shape", "entries"],
-                "additionalProperties": False,
-            },
-        ]
-    },
-    matrix,
+#: Matrices of more rows are given by their entries.
+LARGEST_DENSE = 64
+
+
+def _matrix(rows: Sequence[Sequence[Expr]], say: ExpressionPrinter) -> Any:
+    """Return all entries, or (row, column, entry) of those that are not 0, counted from 0."""
+    if len(rows) <= LARGEST_DENSE:
+        return ROWS.write(rows, say)
+    terms = [[i, j, say(entry)] for i, row in enumerate(rows) for j, entry in entries(row).items()]
+    return {"shape": [len(rows), len(rows)], "entries": terms}
+
+
+_ENTRY = {
+    "type": "array",
+    "prefixItems": [INTEGER.schema, INTEGER.schema, TEXT.schema],
+    "minItems": 3,
+    "items": False,
+}
+_SPARSE: JsonObject[Any] = JsonObject(
+    Key("shape", list_of(INTEGER, 2), "Number of rows and columns."),
+    Key(
+        "entries",
+        list_of(ConvertedType(_ENTRY)),
+        "Row and column from 0, and entry, of those that are not 0.",
+    ),
 )
+
+#: A square matrix, by the entries that are not 0 where it is large.
+MATRIX = ConvertedType({"anyOf": [ROWS.schema, _SPARSE.schema]}, _matrix)
 
 _CONDITION = ConvertedType(
     TEXT.schema, lambda c, say: f"{say(c.smaller)} {c.relation} {say(c.larger)}"
