@@ -295,7 +295,9 @@ def test_text_documents_and_json_tell_the_same():
     assert curve["stretches"][0]["last"] == curve["marks"][0]["point"]
     text = analysis.text()
     assert "pitchfork   ω = 5.718391382198" in text
-    for to, language in itertools.product(("latex", "markdown", "typst"), ("en", "de", "fr")):
+    for to, language in itertools.product(
+        ("latex", "markdown", "typst", "html"), ("en", "de", "fr")
+    ):
         (document,) = analysis.emit(to, language=language).values()
         assert "5.718391382198" in document
 

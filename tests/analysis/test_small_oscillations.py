@@ -150,7 +150,7 @@ def test_text_and_documents():
     assert "V = ½ (k + k2) x1² - k2 x1 x2 + ½ (k + k2) x2²" in text
     assert "ω_2² = (k + 2 k2) / m" in text
     assert "x2 = Q_1 - Q_2" in text
-    for to in ("latex", "markdown", "typst"):
+    for to in ("latex", "markdown", "typst", "html"):
         for words in ("en", "de", "fr"):
             (written,) = derivation.emit(to, form="small-oscillations", language=words).values()
             heading = {"en": "Small osc", "de": "Kleine Schw", "fr": "Petites osc"}[words]

@@ -80,6 +80,6 @@ initial: {x: 0.5, dot(x): 0}
 @pytest.mark.parametrize(("words", "heading"), [("de", "erster Ordnung"), ("fr", "premier ordre")])
 def test_documents_in_other_languages(words, heading):
     derivation = api.load(SYSTEMS / "pendulums/pendulum.yaml").derive()
-    for to in ("latex", "markdown", "typst"):
+    for to in ("latex", "markdown", "typst", "html"):
         (written,) = derivation.emit(to, form="first-order", language=words).values()
         assert heading in written

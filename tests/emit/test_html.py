@@ -13,6 +13,7 @@ from tests.campaign import slice_of, values_of
 from tests.emit.emit_scenes import masses_through_hole
 from tests.emit.html_page import formulas, found, parsed_page, text_of
 from tests.emit.test_latex import strange
+from tests.emit.test_prose import SCENE as PROSE
 from tests.emit.test_typst import hostile_scene
 from tests.systems.shipped import SCENES, SYSTEMS, derived
 
@@ -99,6 +100,15 @@ def test_results_have_numbers_one_after_the_other():
     ]
 
 
+def test_pages_have_the_lists_and_tables_of_markdown():
+    equations = derived("double_pendulum")
+    (text,) = EMITTERS["markdown"].emit(equations, {"sections": ALL}).values()
+    root = page_of(equations, sections=ALL)
+    assert len(found(root, "li")) == text.count("\n- ") > 2
+    assert len(found(root, "tr")) == text.count("\n| ") - text.count("| --- |\n") > 4
+    assert headings(root) == re.findall(r"^## (.*)$", text, re.MULTILINE)
+
+
 def test_the_sketch_stands_on_the_page():
     root = page_of(derived("pendulum"), sections="system,sketch")
     (figure,) = found(root, "figure")
@@ -121,6 +131,15 @@ def test_no_text_of_a_scene_acts(text):
     if "$" not in text:
         plain = "".join(c if c.isprintable() else " " for c in text)
         assert text_of(root).count(plain) >= 6
+
+
+def test_allowed_formulas_of_titles_and_descriptions_are_typeset():
+    (text,) = api.loads(PROSE).derive().emit("html").values()
+    root = parsed_page(text)
+    (heading,) = found(root, "h1")
+    assert text_of(heading) == "Bead with ω02, 50 $ left"
+    assert len(formulas(heading)) == 1
+    assert "Not allowed: $\\frac{1}{2}$." in text_of(root)
 
 
 def test_phrases_hold_no_markup():

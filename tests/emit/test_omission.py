@@ -92,6 +92,7 @@ def test_each_language_says_what_is_left_out(options, count, sentence):
         ("latex", {"style": "snippet"}, r"\texttt{{-}{-}written{-}out}"),
         ("markdown", {}, "`--written-out`"),
         ("typst", {}, '#raw("--written-out")'),
+        ("html", {}, "<code>--written-out</code>"),
     ],
 )
 def test_a_page_says_once_how_to_see_all(to, options, typed):

@@ -41,12 +41,15 @@ from lagrange_cli.report.tree import (
     Formulas,
     Labelled,
     Law,
+    Packed,
     Paragraph,
     Picture,
     Section,
+    Statements,
     Table,
     Title,
     Verbatim,
+    simpler,
 )
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
 
@@ -228,6 +231,8 @@ class HtmlSetter(RowSetter):
                 yield "</dl>"
             case Verbatim(lines):
                 yield f"<pre>{escape(chr(10).join(lines), quote=False)}</pre>"
+            case Statements() | Packed():
+                yield from (line for one in simpler(block) for line in self._block(one, part))
             case Picture():
                 assert self.equations is not None
                 (sketch,) = emit_svg(self.equations, {}).values()
@@ -323,6 +328,7 @@ figure svg { max-width: 100%; height: auto; }
 @media (max-width: 43rem) {
   .display { padding-left: 0; font-size: 0.9rem; }
 }
+@page { margin: 20mm; }
 @media print {
   body { max-width: none; padding: 0; font-size: 11pt; }
   h1, h2, .subject, .law { break-after: avoid; }
