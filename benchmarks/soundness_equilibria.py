@@ -19,7 +19,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from functools import partial
 
 import mpmath
 import numpy as np
@@ -358,7 +357,7 @@ def _is_minimum(expected: Expected, number: int) -> bool:
 
 
 def _judge_branches(expected: Expected, found: Branches, result: Outcome) -> None:
-    counts, met = result.counts, set[int]()
+    counts, met, along = result.counts, set[int](), expected.value
     counts["marked points told"] += len(found.marks)
     for mark in found.marks:
         near = [
@@ -379,18 +378,21 @@ def _judge_branches(expected: Expected, found: Branches, result: Outcome) -> Non
             inner = range(stretch.first + 1, stretch.last)
             for k in list(inner)[:: max(1, len(inner) // 6)]:
                 x, p = mpf(float(branch.positions[k, 0])), mpf(float(branch.values[k]))
-                along = partial(expected.value, p=p)
-                slope, bend = (mpmath.diff(along, x, n) for n in (1, 2))
-                if abs(slope) > mpf(10) ** -11 * max(1, abs(bend)) + _rounded(expected, x, p):
+                slope, bend = (mpmath.diff(along, (x, p), (n, 0)) for n in (1, 2))
+                if abs(slope) > mpf(10) ** -11 * max(1, abs(bend)) + _rounded(along, 1, x, p):
                     result.false.append(f"no equilibrium at x = {x}, p = {p}")
-                if verdict == ("stable" if bend < 0 else "unstable"):
+                certain = abs(bend) > _rounded(along, 2, x, p)
+                if certain and verdict == ("stable" if bend < 0 else "unstable"):
                     result.false.append(f"{verdict} at x = {x}, p = {p}")
 
 
-def _rounded(expected: Expected, x: mpf, p: mpf) -> mpf:
-    """Return what V′ changes by if the parameter is rounded to a double: much beside a pole."""
-    change = mpmath.diff(lambda q: mpmath.diff(partial(expected.value, p=q), x), p)
-    return abs(change) * abs(p) * mpf(2) ** -52
+def _rounded(value: Callable[[mpf, mpf], mpf], order: int, x: mpf, p: mpf) -> mpf:
+    """Return what ∂ⁿV/∂xⁿ changes by if x and p are rounded to doubles: much beside a pole."""
+    changes = (
+        size * mpmath.diff(value, (x, p), (order + by_x, 1 - by_x))
+        for size, by_x in ((x, 1), (p, 0))
+    )
+    return sum(map(abs, changes), mpf(0)) * mpf(2) ** -52
 
 
 def results(systems: int, seed: int, jobs: int = 1) -> list[Outcome]:
