@@ -73,6 +73,7 @@ def test_a_picture_of_dots(folder):
     text = (folder / "section.tex").read_text()
     # x is fixed, so that the phase portrait is that of y.
     assert re.findall(r"[xy]label=\{(.*?)\}(?=,\n)", text) == [r"$\dot{y}$", "$y$"]
+    assert r"\mbox{$x = 0$, $\dot{x} > 0$}" in text
     assert text.count("only marks") == 2
     assert re.findall(r"addlegendentry\{(.*)\}", text) == ["$a = 0.1$", "$a = 0.2$"]
     assert len(re.findall(r"^\(", text, re.MULTILINE)) == 14

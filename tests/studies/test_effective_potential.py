@@ -38,6 +38,12 @@ def test_keplers_apsides():
     assert found.q[0] < roots[0] < roots[1] < found.q[-1]
     np.testing.assert_allclose(found.values, p**2 / (4 * found.q**2) - 3 / found.q, rtol=1e-12)
     assert found.values.max() <= energy + 0.8 * (energy - found.values.min()) * (1 + 1e-9)
+    (panel,) = picture_of(found).panels
+    np.testing.assert_allclose([(p.x, p.y) for p in panel.places], [(r, energy) for r in roots])
+    assert [p.label.plain for p in panel.places] == [
+        f"r_min = {roots[0]:.6g}",
+        f"r_max = {roots[1]:.6g}",
+    ]
 
 
 @pytest.mark.slow
