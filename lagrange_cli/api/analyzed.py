@@ -34,7 +34,7 @@ class Analyzed(Analysis):
 
     def text(self, *, ascii: bool = False, width: int = 80, language: str = "en") -> str:
         """Return what ``lagrange analyze`` prints in a window of ``width`` columns."""
-        from lagrange_cli.report.contents.analysis.text import analysis_page
+        from lagrange_cli.report.contents.analysis.documents import analysis_page
 
         return analysis_page(self, ascii=ascii, code=language).text(width)
 
@@ -54,7 +54,7 @@ class Analyzed(Analysis):
             return json_text(self.report())
         if to != "text":
             return self.emit(to, **options).popitem()[1]
-        from lagrange_cli.report.contents.analysis.text import analysis_page
+        from lagrange_cli.report.contents.analysis.documents import analysis_page
 
         code = str(options.get("language", "en"))
         return page_in(encoding, lambda plain: analysis_page(self, ascii=plain, code=code), ascii)

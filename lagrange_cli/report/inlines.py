@@ -12,7 +12,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from lagrange_cli.notation.tree import DisplayNode, DisplaySymbol, with_symbols
+from lagrange_cli.notation.ordering import symbol_of
+from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySymbol, with_symbols
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.families.forms import Range
@@ -58,7 +59,7 @@ class Chain(Label):
 NOTHING: Label = Chain(())
 
 
-def joined(sign: Label | str, parts: Iterable[Label | str]) -> Label:
+def joined(sign: Label | str, parts: Iterable[Text]) -> Label:
     """Return formulas with a sign between them."""
     shown = [part for part in parts if part]
     return Chain(tuple(p for part in shown for p in (sign, part))[1:])
@@ -184,6 +185,11 @@ def below(letter: Label | str, index: Label | str) -> Label:
     return Mark("below", (letter, index))
 
 
+def entry(letter: Label, row: int, column: int) -> Label:
+    """An entry of a matrix."""
+    return Mark("entry", (letter, row, column))
+
+
 def total(index: str, body: Label) -> Label:
     """A sum over an index."""
     return Mark("total", (index, body))
@@ -212,6 +218,27 @@ def upright(phrase: Written) -> Label:
 def value(number: float, literal: str | None = None) -> Label:
     """A value, as the scene wrote it if that is known."""
     return Mark("value", (number, literal))
+
+
+def numeral(number: complex, digits: int = 6) -> Label:
+    """A real or complex number in so many digits."""
+    parts = number.real + 0.0, abs(number.imag)
+    real, turned = (value(x, f"{x:.{digits}g}") for x in parts)
+    if not number.imag:
+        return real
+    sign = "-" if number.imag < 0 else "+" if number.real else ""
+    imaginary = times(turned, Sign("imaginary"))
+    return real + f" {sign} " + imaginary if number.real else sign + imaginary
+
+
+def literal(text: str) -> Label:
+    """A number in the digits of a text."""
+    return value(float(text), text)
+
+
+def labelled(label: Label) -> DisplayNode:
+    """A general formula or number as an expression."""
+    return replace(symbol_of("", Dependence.NUMBER, 0), label=label)
 
 
 def rounded(number: float) -> Label:
@@ -383,7 +410,7 @@ def in_parentheses(text: Text, *remarks: Text) -> Listed:
     return Listed((text, " (", Listed(remarks), ")"), between="")
 
 
-def opened(text: Written) -> Listed:
+def opened(text: Text) -> Listed:
     """Return a text whose first letter is a capital."""
     return Listed((text,), opens=True)
 

@@ -79,6 +79,10 @@ class Letters(ABC):
     def below(self, letter: str, index: str) -> str:
         """Return a letter with a symbol as its index."""
 
+    def entry(self, letter: str, row: int, column: int) -> str:
+        """Return an entry of a matrix."""
+        return self.below(letter, f"{row},{column}")
+
     @abstractmethod
     def total(self, index: str, body: str) -> str:
         """Return a sum over an index."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.inlines import Listed, Text, Written, in_parentheses, say
+from lagrange_cli.report.inlines import Text, Written, in_parentheses, say
 
 #: Readers that a block may be for: those of a document, those of a terminal.
 Medium: TypeAlias = Literal["document", "terminal"]
@@ -78,6 +78,8 @@ class Formula(Visible):
         Those of a vector that the label is, or none.
     aside
         A remark that a terminal has at the end of the line, or empty.
+    otherwise
+        Formulas in its place where one of its sides takes most of a line.
     """
 
     label: Text
@@ -88,6 +90,7 @@ class Formula(Visible):
     ranges: Text = ""
     components: tuple[Text, ...] = ()
     aside: Text = ""
+    otherwise: tuple[Formula, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -182,20 +185,87 @@ class Picture(Visible):
     """The sketch of the system, which a format draws in its way."""
 
 
-Block: TypeAlias = (
-    Paragraph
-    | Title
-    | Law
-    | Formulas
-    | Table
-    | Bullets
-    | Labelled
-    | Statements
-    | Packed
-    | Verbatim
-    | Picture
+@dataclass(frozen=True)
+class Passage(Visible):
+    """A sentence with formulas, which are displayed where they are too long for it.
+
+    Attributes
+    ----------
+    before, after
+        The words around them.
+    place
+        The formulas.
+    """
+
+    before: Text
+    place: tuple[Formula, ...]
+    after: Text
+
+
+@dataclass(frozen=True)
+class Case:
+    """A configuration, and what is said of it.
+
+    Attributes
+    ----------
+    place
+        A formula for each coordinate.
+    condition
+        The conditions under which it exists, or empty.
+    verdict, reason
+        Its stability and why, or empty.
+    """
+
+    place: tuple[Formula, ...]
+    condition: Text = ""
+    verdict: Text = ""
+    reason: Text = ""
+
+
+@dataclass(frozen=True)
+class Cases(Visible):
+    """Configurations: a list where all are short, else displays with titles."""
+
+    cases: tuple[Case, ...]
+
+
+Cells: TypeAlias = tuple[tuple[DisplayNode, ...], ...]
+"""Entries of a matrix, row by row."""
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """A matrix, written as one where it fits a line, else by its entries that are not 0.
+
+    Attributes
+    ----------
+    letter
+        Its letter, which is bold.
+    values
+        Its entries in numbers; none if all are 0.
+    closed
+        Its entries in closed form; none where these are unknown, or are numbers.
+    """
+
+    letter: str
+    values: Cells
+    closed: Cells = ()
+
+
+@dataclass(frozen=True)
+class Matrices(Visible):
+    """Matrices below each other; those that are too large are named as such."""
+
+    matrices: tuple[Matrix, ...]
+
+
+PlainBlock: TypeAlias = (
+    Paragraph | Title | Law | Formulas | Table | Bullets | Labelled | Verbatim | Picture
 )
-"""A part of a section; steps have no tables, bullets and pictures."""
+"""A part of a section whose form does not depend on the room of a line."""
+
+Block: TypeAlias = PlainBlock | Statements | Packed | Passage | Cases | Matrices
+"""A part of a section; steps have no tables, lists and pictures."""
 
 Part: TypeAlias = Block | Text
 """A part of a section, where words by themselves are a paragraph."""
@@ -206,14 +276,6 @@ def statement_item(row: tuple[Text, Text, Text]) -> Written:
     name, text, remark = row
     item = say("{name}: {value}", name=name, value=text)
     return in_parentheses(item, remark) if remark else item
-
-
-def simpler(block: Statements | Packed) -> tuple[Block, ...]:
-    """Return a block of a terminal as those that documents have."""
-    if isinstance(block, Statements):
-        return (Bullets(tuple(map(statement_item, block.rows))),)
-    whole = say("{name}: {value}", name=block.heading, value=Listed(block.items))
-    return (Paragraph(say("{text}.", text=whole)), Formulas(block.rows))
 
 
 @dataclass(frozen=True)

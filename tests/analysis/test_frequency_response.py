@@ -146,7 +146,7 @@ def test_the_command_reports_and_draws(tmp_path):
     scene.write_text(OSCILLATOR.format(k=8, c=0.4))
     options = "analyze", str(scene), "--response", "0.1..10"
     shown = succeed(*options, "-o", str(arrays), "--plot", str(tmp_path / "bode.svg"))
-    assert "Frequency response   angular frequencies from 0.1 to 10" in shown
+    assert "Frequency response   Angular frequencies from 0.1 to 10." in shown
     assert (tmp_path / "bode.svg").read_text().startswith("<?xml")
     report = json.loads(succeed(*options, "--json"))["response"]
     saved = np.load(arrays)

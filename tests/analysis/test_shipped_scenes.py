@@ -11,7 +11,7 @@ from lagrange_cli.api import load
 from lagrange_cli.cache import open_cache
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.report.contents.analysis.text import analysis_page
+from lagrange_cli.report.contents.analysis.documents import analysis_page
 from lagrange_cli.report.values.analysis import analysis_report
 from tests.systems.shipped import SCENES, SLICE, sliced
 

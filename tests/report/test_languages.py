@@ -272,7 +272,7 @@ def test_no_english_word_is_left_in_an_analysis(code, scene):
 
 #: What is no word of a language: formulas, comments, commands.
 _MARKUP = re.compile(
-    r"\$[^$]*\$|^(?://|%|#set|#show|#let|  columns:).*$"
+    r"\$[^$]*\$|^(?://|%|#set|#show|#let|  columns:|  align:).*$"
     r"|\\(?:label|begin|end)\{[^}]*\}|\\[a-zA-Z]+|#[a-z]+|<eq:.*?>"
     r"|<(mi|mo|style)\b[^$]*?</\1>|</?[a-z][^>]*>",
     re.M,

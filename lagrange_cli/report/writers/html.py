@@ -36,20 +36,17 @@ from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.ranges import grouped_ranges
 from lagrange_cli.report.tree import (
-    Block,
     Bullets,
     Formulas,
     Labelled,
     Law,
-    Packed,
     Paragraph,
     Picture,
+    PlainBlock,
     Section,
-    Statements,
     Table,
     Title,
     Verbatim,
-    simpler,
 )
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
 
@@ -205,11 +202,11 @@ class HtmlSetter(RowSetter):
         count = self.ids[section.name] = self.ids.get(section.name, 0) + 1
         yield f'<section id="{section.name}{f"-{count}" if count > 1 else ""}">'
         yield f"<h2>{self.text(section.heading)}</h2>"
-        for block in section.blocks:
+        for block in self.fitted(section):
             yield from self._block(block, section.name)
         yield "</section>"
 
-    def _block(self, block: Block, part: str) -> Iterator[str]:
+    def _block(self, block: PlainBlock, part: str) -> Iterator[str]:
         match block:
             case Paragraph(text):
                 yield f"<p>{self.text(text)}</p>"
@@ -231,8 +228,6 @@ class HtmlSetter(RowSetter):
                 yield "</dl>"
             case Verbatim(lines):
                 yield f"<pre>{escape(chr(10).join(lines), quote=False)}</pre>"
-            case Statements() | Packed():
-                yield from (line for one in simpler(block) for line in self._block(one, part))
             case Picture():
                 assert self.equations is not None
                 (sketch,) = emit_svg(self.equations, {}).values()
@@ -362,7 +357,7 @@ def emit_html(
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, letters, say, written_out=written_out)
     setter = HtmlSetter(writer.lettering, equations=equations)
-    sections = content.sections(writer, setter.columns)
+    sections = content.sections(writer)
     presentation = equations.presentation
     title, description = presentation.title or presentation.name, presentation.description
     lines = [

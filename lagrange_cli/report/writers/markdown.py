@@ -9,22 +9,20 @@ from typing import TYPE_CHECKING
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.report.contents.derivation.contents import Content, asked_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.inlines import say
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.tree import (
-    Block,
     Bullets,
     Formulas,
     Labelled,
     Law,
-    Packed,
     Paragraph,
     Picture,
+    PlainBlock,
     Section,
-    Statements,
     Table,
     Title,
     Verbatim,
-    simpler,
 )
 from lagrange_cli.report.writers.latex.letters import LatexLetters
 from lagrange_cli.report.writers.latex.typesetter import Typesetter
@@ -79,18 +77,18 @@ def emit_markdown(
     if equations.presentation.description:
         paragraphs.append(letters.prose(equations.presentation.description))
     setter = Typesetter(writer.lettering)
-    for section in content.sections(writer, setter.columns):
+    for section in content.sections(writer):
         paragraphs += _section(section, setter)
     return {f"{equations.presentation.name}.md": "\n\n".join(paragraphs) + "\n"}
 
 
 def _section(section: Section, setter: Typesetter) -> Iterator[str]:
     yield f"## {setter.text(section.heading)}"
-    for block in section.blocks:
+    for block in setter.fitted(section):
         yield from _block(block, setter)
 
 
-def _block(block: Block, setter: Typesetter) -> Iterator[str]:
+def _block(block: PlainBlock, setter: Typesetter) -> Iterator[str]:
     match block:
         case Paragraph(text) | Title(text):
             yield setter.text(text)
@@ -108,12 +106,13 @@ def _block(block: Block, setter: Typesetter) -> Iterator[str]:
         case Bullets(items):
             yield "\n".join(f"- {item}" for item in map(setter.text, items))
         case Labelled(rows):
-            pairs = ((setter.text(label), setter.text(text)) for label, text in rows)
-            yield "\n".join(f"- **{label}**: {text}" for label, text in pairs)
+            terms = (
+                say("{name}: {value}", name=f"**{setter.text(label)}**", value=text)
+                for label, text in rows
+            )
+            yield "\n".join(f"- {setter.text(term)}" for term in terms)
         case Verbatim(lines):
             yield "\n".join(["```text", *lines, "```"])
-        case Statements() | Packed():
-            yield from (text for one in simpler(block) for text in _block(one, setter))
         case Picture():
             pass
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lagrange_cli.notation.layout import Piece, prefixed, suffixed, width
 from lagrange_cli.notation.printers.typeset import TypesetPrinter
 from lagrange_cli.report.inlines import Lettering, Text
-from lagrange_cli.report.tree import Formula, Formulas
+from lagrange_cli.report.tree import Formula, Formulas, PlainBlock, Section
+from lagrange_cli.report.writers.fitting import Fitting
 
 #: Columns of half an em that a number takes beside a display, and that labels have at the least.
 _NUMBER, _LABEL = 5, 3
@@ -76,7 +77,16 @@ class RowSetter(ABC):
 
     def rows(self, block: Formulas) -> list[FormulaRow]:
         """Return rows of a display, one or more for each formula."""
-        return [part for row in block.rows for part in self._ranged(row, self._rows(row))]
+        chosen = self._fitting.each(block.rows)
+        return [part for row in chosen for part in self._ranged(row, self._rows(row))]
+
+    def fitted(self, section: Section) -> Iterator[PlainBlock]:
+        """Return the blocks of a section as they fit a line."""
+        return self._fitting.blocks(section.blocks)
+
+    @property
+    def _fitting(self) -> Fitting:
+        return Fitting(self.lettering, self.columns)
 
     def _ranged(self, formula: Formula, rows: list[FormulaRow]) -> list[FormulaRow]:
         """Return the rows of a formula with the values of its indices behind the last one."""

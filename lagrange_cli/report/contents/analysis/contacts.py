@@ -1,23 +1,30 @@
-"""Forces of contacts, and the places at which contacts are lost, for text and documents."""
+"""The section on forces of contacts, and on the places at which contacts are lost."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.notation.layout import Piece, columns, joined
-from lagrange_cli.notation.page import Block, Row, formula, words
 from lagrange_cli.notation.vocabulary import Vocabulary, latex_overrides, with_symbols
+from lagrange_cli.report.contents.analysis.wording import inlined, phrased, sentence
 from lagrange_cli.report.contents.forms.writer import with_momenta
+from lagrange_cli.report.inlines import (
+    Expression,
+    Inline,
+    Label,
+    Sentence,
+    Written,
+    joined,
+    numeral,
+    opened,
+    say,
+)
+from lagrange_cli.report.tree import Formula, Labelled, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
-    from sympy import Expr
-
     from lagrange_cli.analysis.contacts.loss import ContactLoss, ContactLosses
     from lagrange_cli.analysis.contacts.zeros import Zero
     from lagrange_cli.analysis.result import Analysis
-    from lagrange_cli.report.phrases.language import Language
+    from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 
 
 def with_results(analysis: Analysis, letters: Vocabulary) -> Vocabulary:
@@ -32,91 +39,68 @@ def with_results(analysis: Analysis, letters: Vocabulary) -> Vocabulary:
     return with_symbols(letters, [(s, s.name, latex.get(s.name)) for s in symbols])
 
 
-@dataclass(frozen=True)
-class LossLines:
-    """Says where contacts are lost.
-
-    Attributes
-    ----------
-    say
-        The language.
-    shown, number
-        Write an expression and a number within a formula.
-    inline
-        Writes a formula within a sentence.
-    reason
-        Says a phrase of the analysis.
-    """
-
-    say: Language
-    shown: Callable[[Expr], str]
-    number: Callable[[float], str]
-    inline: Callable[[str], str]
-    reason: Callable[[str], str]
-
-    def scope(self, losses: ContactLosses) -> str:
-        if not losses.contacts:
-            return self.say("no contact is closed at the start")
-        if losses.are_all:
-            return self.say("while the contacts that are closed at the start last")
-        return self.say("while the contacts that are closed at the start last, and no other closes")
-
-    def lost(self, loss: ContactLoss, losses: ContactLosses) -> str:
-        """Say where one of some contacts is lost, without its name."""
-        say = self.say
-        is_negative = loss.at_start is not None and loss.at_start < 0
-        if is_negative and len(losses.contacts) > 1:
-            return say("negative at the start: not all of these contacts last")
-        if is_negative:
-            return say("negative at the start: the contact is lost at once")
-        if loss.reason:
-            line = say("lost only where this is 0")
-        elif loss.zeros:
-            line = self._condition(loss.zeros[0])
-            for zero in loss.zeros[1:]:
-                line = say("{first} or {second}", first=line, second=self._condition(zero))
-            line = say("lost only where {condition}", condition=line)
-        else:
-            line = say("this vanishes nowhere")
-        if loss.jumps:
-            line = say("{text}, or where the force jumps", text=line)
-        if not loss.reason:
-            return line
-        return say("{text}; {reason}", text=line, reason=self.reason(loss.reason))
-
-    def _condition(self, zero: Zero) -> str:
-        chain = [self.shown(zero.left), self.shown(zero.right)]
-        if zero.number is not None and not zero.right.is_Rational:
-            chain.append(self.number(zero.number))
-        place = self.inline(" = ".join(chain))
-        if zero.angle is None:
-            return place
-        angle = self.inline(" = ".join(map(self.shown, zero.angle)))
-        return self.say("{first}, that is {second}", first=place, second=angle)
-
-    def constants(self, losses: ContactLosses) -> Iterator[str]:
-        """Yield the sentence on constants of the start, if there are some."""
-        values = ", ".join(
-            self.inline(f"{self.shown(c.symbol)} = {self.number(c.value)}")
-            for c in losses.constants
-        )
-        if values:
-            yield self.say("with {values} from the start", values=values)
-
-
-def contact_rows(
-    losses: ContactLosses | None,
-    say: Language,
-    pieces: Callable[[Expr], list[Piece]],
-    reason: Callable[[str], str],
-) -> list[Row | Block]:
-    """Write forces of contacts as text, and where these vanish, if there are some."""
+def contacts_section(losses: ContactLosses | None, writer: DocumentWriter) -> Section | None:
+    """Return forces of contacts, and where these vanish, if there are some."""
     if losses is None:
-        return []
-    lines = LossLines(say, lambda e: joined(pieces(e)), "{:.6g}".format, str, reason)
-    rows = [Row(say("Loss of contact"), "   ", words(lines.scope(losses)), "heading")]
-    for loss in losses.contacts:
-        label = f"  {lines.shown(loss.multiplier)}"
-        rows.append(formula(label, " = ", pieces(loss.force)))
-        rows.append(Row("", " " * (columns(label) + 3), words(lines.lost(loss, losses))))
-    return [*rows, *(Row("", "  ", words(line)) for line in lines.constants(losses))]
+        return None
+    rows = [
+        Formula(Expression(writer.tree(loss.multiplier)), (writer.tree(loss.force),))
+        for loss in losses.contacts
+    ]
+    lost = [
+        (Inline(Expression(writer.tree(loss.multiplier))), _lost(loss, losses, writer))
+        for loss in losses.contacts
+    ]
+    scope = say("{text}:" if rows else "{text}.", text=opened(_scope(losses)))
+    start = inlined(
+        Expression(writer.tree(c.symbol)) + " = " + numeral(c.value) for c in losses.constants
+    )
+    return section(
+        say("Loss of contact"),
+        Paragraph(scope),
+        formulas(rows, result=True),
+        Labelled(tuple(lost)) if lost else None,
+        sentence(say("with {values} from the start", values=start)) if lost and start else None,
+    )
+
+
+def _scope(losses: ContactLosses) -> Sentence:
+    if not losses.contacts:
+        return say("no contact is closed at the start")
+    if losses.are_all:
+        return say("while the contacts that are closed at the start last")
+    return say("while the contacts that are closed at the start last, and no other closes")
+
+
+def _lost(loss: ContactLoss, losses: ContactLosses, writer: DocumentWriter) -> Sentence:
+    """Say where one of some contacts is lost, without its name."""
+    is_negative = loss.at_start is not None and loss.at_start < 0
+    if is_negative and len(losses.contacts) > 1:
+        return say("negative at the start: not all of these contacts last")
+    if is_negative:
+        return say("negative at the start: the contact is lost at once")
+    if loss.reason:
+        line = say("lost only where this is 0")
+    elif loss.zeros:
+        condition, *others = (_condition(zero, writer) for zero in loss.zeros)
+        for alternative in others:
+            condition = say("{first} or {second}", first=condition, second=alternative)
+        line = say("lost only where {condition}", condition=condition)
+    else:
+        line = say("this vanishes nowhere")
+    if loss.jumps:
+        line = say("{text}, or where the force jumps", text=line)
+    if not loss.reason:
+        return line
+    return say("{text}; {reason}", text=line, reason=phrased(loss.reason))
+
+
+def _condition(zero: Zero, writer: DocumentWriter) -> Written:
+    chain: list[Label] = [Expression(writer.tree(side)) for side in (zero.left, zero.right)]
+    if zero.number is not None and not zero.right.is_Rational:
+        chain.append(numeral(zero.number))
+    place = Inline(joined(" = ", chain))
+    if zero.angle is None:
+        return place
+    angle = Inline(joined(" = ", (Expression(writer.tree(side)) for side in zero.angle)))
+    return say("{first}, that is {second}", first=place, second=angle)

@@ -11,182 +11,210 @@ import numpy as np
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.labels import free_letter
 from lagrange_cli.notation.ordering import root_of
-from lagrange_cli.report.contents.analysis.matrices import Matrices
-from lagrange_cli.report.contents.analysis.places import Places
-from lagrange_cli.report.contents.analysis.wording import damping_line
+from lagrange_cli.report.contents.analysis.equilibria import Places
+from lagrange_cli.report.contents.analysis.wording import hidden, inlined, sentence, state
 from lagrange_cli.report.document_options import MOST_LISTED
-from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
+from lagrange_cli.report.inlines import (
+    COMMA,
+    Inline,
+    Label,
+    Sentence,
+    below,
+    bold,
+    joined,
+    labelled,
+    numeral,
+    say,
+    square,
+    symbol,
+    times,
+)
+from lagrange_cli.report.tree import (
+    Formula,
+    Law,
+    Matrices,
+    Matrix,
+    Paragraph,
+    Passage,
+    Section,
+    formulas,
+    section,
+)
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from sympy import Expr
 
     from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.analysis.values import Linearization, Mode
-    from lagrange_cli.notation.tree import DisplayNode
     from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 
-#: Part of a line that a root over a squared frequency fills at most.
-_WIDEST_ROOT = 0.6
+#: Digits of an angular frequency.
+_FREQUENCY_DIGITS = 9
 
 
-def linear_sections(analysis: Analysis, places: Places) -> Iterator[tuple[str, Section | None]]:
+def linear_sections(
+    analysis: Analysis, writer: DocumentWriter
+) -> Iterator[tuple[str, Section | None]]:
     """Write the sections on the linear system and its modes, as far as they were found.
 
     Each has a name before it, by which labels are told apart.
     """
-    contents, linear, modes = _LinearContents(places), analysis.linearization, analysis.modes
-    if linear is not None:
-        yield "linearization", contents.linearization(linear)
-        yield "states", contents.state_space(linear)
-    if modes is not None:
-        yield "modes", contents.modes(modes)
+    contents = _LinearContents(analysis, writer)
+    if analysis.linearization is not None:
+        yield "linearization", contents.linearization(analysis.linearization)
+        yield "states", contents.state_space(analysis.linearization)
+    if analysis.modes is not None:
+        yield "modes", contents.modes(analysis.modes)
 
 
 @dataclass(frozen=True)
 class _LinearContents:
-    places: Places
+    analysis: Analysis
+    writer: DocumentWriter
 
-    @property
-    def writer(self) -> DocumentWriter:
-        return self.places.writer
+    def matrix(
+        self,
+        letter: str,
+        numbers: NDArray[np.float64] | NDArray[np.complex128],
+        exact: Sequence[Sequence[Expr]] | None,
+    ) -> Matrix:
+        """Return a matrix in closed form, where it is known, and in numbers.
+
+        Parameters
+        ----------
+        letter
+            Its letter, which is written in bold.
+        numbers
+            The matrix in doubles.
+        exact
+            The same in closed form, or None.
+        """
+        if not numbers.size or not numbers.any():
+            return Matrix(letter, ())
+        values = tuple(tuple(labelled(numeral(x)) for x in row) for row in numbers.tolist())
+        if exact is None or all(e.is_Rational for row in exact for e in row):
+            return Matrix(letter, values)
+        return Matrix(letter, values, tuple(tuple(map(self.writer.tree, row)) for row in exact))
 
     # -- the linear system ------------------------------------------------------------
 
     def linearization(self, linear: Linearization) -> Section | None:
-        writer, say, letters = self.writer, self.writer.say, self.writer.letters
-        bold = letters.bold
-        zero = bold("0")
-        terms = [letters.times(bold(m), bold("x", k)) for m, k in (("M", 2), ("C", 1), ("K", 0))]
-        names = ", ".join(letters.inline(letters.symbol(n)) for n in linear.coordinates)
-        intro = say(
-            "Small displacements {vector} of {names} from",
-            vector=letters.inline(bold("x")),
-            names=names,
-        )
-        place = self.places.point(linear.at)
-        if self.places.is_short(place):
-            where: tuple[Block, ...] = (
-                Paragraph(f"{intro} {self.places.inline(place, ())} {say('obey')}"),
-            )
-        else:
-            where = (Paragraph(intro), formulas(place), Paragraph(say("obey")))
-        exact, rows = linear.exact, Matrices(self.writer, self.places.columns)
-        damping = damping_line(linear, letters.inline(bold("C")), say)
+        exact = linear.exact
+        terms = [times(bold(m), bold("q", k)) for m, k in (("M", 2), ("C", 1), ("K", 0))]
+        names = inlined(map(symbol, linear.coordinates))
+        vector = Inline(bold("q"))
+        place = Places(self.analysis, self.writer).point(linear.at)
+        damping = _damping(linear)
         return section(
             say("Linearization"),
-            *where,
-            Law(f"{' + '.join(terms)} = {zero}"),
-            formulas(
-                [
-                    *rows.rows("M", linear.mass, None if exact is None else exact.mass),
-                    *rows.rows("C", linear.damping, None if exact is None else exact.damping),
-                    *rows.rows("K", linear.stiffness, None if exact is None else exact.stiffness),
-                ],
-                result=True,
+            Passage(
+                say("Small displacements {vector} of {names} from", vector=vector, names=names),
+                place,
+                say("obey"),
             ),
-            writer.paragraph(say("{text}.", text=damping) if damping else "", rows.remark()),
+            Law(joined(" + ", terms) + " = " + bold("0")),
+            Matrices(
+                (
+                    self.matrix("M", linear.mass, None if exact is None else exact.mass),
+                    self.matrix("C", linear.damping, None if exact is None else exact.damping),
+                    self.matrix("K", linear.stiffness, None if exact is None else exact.stiffness),
+                )
+            ),
+            None if damping is None else sentence(damping),
         )
 
     def state_space(self, linear: Linearization) -> Section | None:
-        say, letters, space = self.writer.say, self.writer.letters, linear.state_space
-        rows, exact = Matrices(self.writer, self.places.columns), linear.exact
-        bold = letters.bold
-        driven = f" + {letters.times(bold('B'), bold('u'))}" if space.inputs else ""
-        law = f"{bold('x', 1)} = {letters.times(bold('A'), bold('x'))}{driven}"
-        listed = [self._named("x", space.states)]
-        matrices = rows.rows("A", space.a, None if exact is None else exact.a)
-        if space.inputs:
-            listed.append(self._named("u", space.inputs))
-            matrices += rows.rows("B", space.b, None if exact is None else exact.b)
-        if self.writer.equations.system.outputs:
-            fed = f" + {letters.times(bold('D'), bold('u'))}" if space.inputs else ""
-            law += f"{letters.comma}{bold('y')} = {letters.times(bold('C'), bold('x'))}{fed}"
-            listed.append(self._named("y", space.outputs))
-            matrices += rows.rows("C", space.c, None)
-            matrices += rows.rows("D", space.d, None) if space.inputs else []
+        space, exact = linear.state_space, linear.exact
+        has_inputs, has_outputs = bool(space.inputs), bool(self.writer.equations.system.outputs)
+        law = bold("x", 1) + " = " + _driven("A", "B", has_inputs)
+        listed = [_named("x", space.states)]
+        matrices = [self.matrix("A", space.a, None if exact is None else exact.a)]
+        if has_inputs:
+            listed.append(_named("u", space.inputs))
+            matrices.append(self.matrix("B", space.b, None if exact is None else exact.b))
+        if has_outputs:
+            law = law + COMMA + bold("y") + " = " + _driven("C", "D", has_inputs)
+            listed.append(_named("y", space.outputs))
+            matrices.append(self.matrix("C", space.c, None))
+        if has_outputs and has_inputs:
+            matrices.append(self.matrix("D", space.d, None))
         return section(
             say("State space"),
-            Paragraph(say("Of first order, with the differences from rest of")),
-            formulas(listed),
-            Paragraph(say("the same is")),
+            Passage(
+                say("With the differences from rest"),
+                tuple(listed),
+                say("the same is of first order:"),
+            ),
             Law(law),
-            formulas(matrices, result=True),
-            self.writer.paragraph(rows.remark()),
+            Matrices(tuple(matrices)),
         )
-
-    def _named(self, letter: str, names: Sequence[str]) -> Formula:
-        """``x = (θ, θ̇)``."""
-        components = tuple(map(self._state, names))
-        return Formula(self.writer.letters.bold(letter), (), components=components)
-
-    def _state(self, name: str) -> str:
-        letters = self.writer.letters
-        if name.startswith("dot("):
-            return letters.symbol(name[4:-1], 1)
-        return letters.symbol(name)
 
     # -- modes ------------------------------------------------------------------------
 
     def modes(self, modes: Sequence[Mode]) -> Section | None:
-        say, letters = self.writer.say, self.writer.letters
         shown = modes[:MOST_LISTED]
-        damped = any(mode.pole is not None for mode in modes)
-        frequency = free_letter(self.writer.equations, ("omega", "Omega", "nu"))
-        pole = free_letter(self.writer.equations, ("s", "lambda", "z"))
-        rows: list[Formula] = []
+        is_damped = any(mode.pole is not None for mode in modes)
+        letters = [
+            symbol(free_letter(self.writer.equations, names))
+            for names in (("omega", "Omega", "nu"), ("s", "lambda", "z"))
+        ]
+        rows = []
         for k, mode in enumerate(shown, 1):
-            if mode.pole is not None:
-                label = letters.below(letters.symbol(pole), str(k))
-                rows.append(
-                    Formula(label, (Matrices(self.writer, self.places.columns).number(mode.pole),))
-                )
+            frequency, pole = (below(letter, str(k)) for letter in letters)
+            if mode.pole is None:
+                rows.append(self._frequency(frequency, mode))
             else:
-                rows += self._frequency(letters.below(letters.symbol(frequency), str(k)), mode)
-        hidden = len(modes) - len(shown)
-        columns = Matrices(self.writer, self.places.columns)
-        amplitudes = np.array([m.shape for m in shown]).T
+                rows.append(Formula(pole, (labelled(numeral(mode.pole)),)))
         # Of one coordinate every shape is 1.
-        shapes = (
-            columns.rows("Phi", amplitudes, _exact_shapes(shown)) if len(amplitudes) > 1 else []
-        )
-        kind = say("Poles") if damped else say("Angular frequencies")
+        amplitudes = np.array([m.shape for m in shown]).T
+        has_shapes = len(amplitudes) > 1
+        shapes = self.matrix("Phi", amplitudes, _exact_shapes(shown)) if has_shapes else None
+        columns = "Each column of {matrix} is the shape of a mode, its largest amplitude 1:"
+        kind = say("Poles") if is_damped else say("Angular frequencies")
         return section(
             say("Modes"),
             Paragraph(say("{text}:", text=kind)),
             formulas(rows, result=True),
-            Paragraph(
-                say(
-                    "Each column of {matrix} is the shape of a mode, its largest amplitude 1:",
-                    matrix=letters.inline(letters.bold("Phi")),
-                )
-            )
-            if shapes
-            else None,
-            formulas(shapes, result=True),
-            self.writer.paragraph(
-                columns.remark(),
-                say("And {count} more, in JSON.", count=hidden) if hidden else "",
-            ),
+            None if shapes is None else Paragraph(say(columns, matrix=Inline(bold("Phi")))),
+            None if shapes is None else Matrices((shapes,)),
+            hidden(len(modes) - len(shown)),
         )
 
-    def _frequency(self, label: str, mode: Mode) -> list[Formula]:
+    def _frequency(self, label: Label, mode: Mode) -> Formula:
         """ω = √(…) = 2.4; a long closed form is that of ω²."""
-        number = Matrices(self.writer, self.places.columns).number(mode.frequency)
-        square = mode.exact_square
-        if square is None:
-            return [Formula(label, (number,))]
-        node = self.writer.tree(square)
-        if square.is_Rational or square.is_Float:
-            return [Formula(label, (number,))]
-        if self.writer.letters.room(node) <= _WIDEST_ROOT * self.places.columns:
-            return [Formula(label, (self._root(square), number))]
-        return [
-            Formula(self.writer.letters.square(label), (node,)),
-            Formula(label, (number,)),
-        ]
+        number = labelled(numeral(mode.frequency, _FREQUENCY_DIGITS))
+        exact = mode.exact_square
+        if exact is None or exact.is_Rational or exact.is_Float:
+            return Formula(label, (number,))
+        root = root_of(display(exact, self.writer.words))
+        apart = Formula(square(label), (self.writer.tree(exact),)), Formula(label, (number,))
+        return Formula(label, (root, number), otherwise=apart)
 
-    def _root(self, square: Expr) -> DisplayNode:
-        return root_of(display(square, self.writer.words))
+
+def _driven(matrix: str, by: str, has_inputs: bool) -> Label:
+    """``A x + B u``, or ``A x`` without inputs."""
+    free = times(bold(matrix), bold("x"))
+    return free + " + " + times(bold(by), bold("u")) if has_inputs else free
+
+
+def _named(letter: str, names: Sequence[str]) -> Formula:
+    """``x = (θ, θ̇)``."""
+    return Formula(bold(letter), (), components=tuple(map(state, names)))
+
+
+def _damping(linear: Linearization) -> Sentence | None:
+    """Say whether C is damping, gyroscopic or both; None if it is zero."""
+    damps, turns = bool(linear.dissipative.any()), bool(linear.gyroscopic.any())
+    matrix = Inline(bold("C"))
+    if damps and turns:
+        return say(
+            "{matrix} has a symmetric part, damping, and an antisymmetric one, gyroscopic",
+            matrix=matrix,
+        )
+    if damps:
+        return say("{matrix} is symmetric: damping", matrix=matrix)
+    return say("{matrix} is antisymmetric: gyroscopic", matrix=matrix) if turns else None
 
 
 def _exact_shapes(modes: Sequence[Mode]) -> list[tuple[Expr, ...]] | None:

@@ -175,15 +175,15 @@ class Content:
     about
         The subject, for a comment at the beginning of a file.
     write
-        Writes the sections for lines of so many columns of half an em.
+        Writes the sections.
     """
 
     about: str
-    write: Callable[[DocumentWriter, float], list[Section]]
+    write: Callable[[DocumentWriter], list[Section]]
 
-    def sections(self, writer: DocumentWriter, columns: float) -> list[Section]:
+    def sections(self, writer: DocumentWriter) -> list[Section]:
         """Return the sections of a document."""
-        return seen(self.write(writer, columns), "document")
+        return seen(self.write(writer), "document")
 
 
 def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
@@ -195,7 +195,7 @@ def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> C
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
     """Return the content of a document of a derivation; see :func:`contents`."""
     about = "equations of motion" if equations.derivation.steps is None else _STEPS
-    return Content(about, lambda writer, _columns: contents(writer, parts, form))
+    return Content(about, lambda writer: contents(writer, parts, form))
 
 
 def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:

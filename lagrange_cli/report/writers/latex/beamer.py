@@ -118,7 +118,7 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
 def _ideas(section: Section, setter: Typesetter) -> Iterator[tuple[str, Section]]:
     """Return the parts of a section that have a title of their own, each with it."""
     subtitle, gathered = "", list[Block]()
-    for block in section.blocks:
+    for block in setter.fitted(section):
         if isinstance(block, Title):
             if gathered:
                 yield subtitle, replace(section, blocks=tuple(gathered))

@@ -92,7 +92,7 @@ class LatexOptions:
     def sections(self, equations: Equations) -> list[Section]:
         """Return the sections of the document."""
         content = self.content or derivation_content(equations, self.parts, self.form)
-        return content.sections(self.writer(equations), self._columns)
+        return content.sections(self.writer(equations))
 
     @property
     def about(self) -> str:

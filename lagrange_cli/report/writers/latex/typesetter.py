@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.latex import LatexPrinter
 from lagrange_cli.notation.printers.typeset import WIDEST_PART
+from lagrange_cli.report.inlines import say
 from lagrange_cli.report.tree import (
-    Block,
     Bullets,
     Formulas,
     Labelled,
     Law,
-    Packed,
     Paragraph,
     Picture,
+    PlainBlock,
     Section,
-    Statements,
     Table,
     Title,
     Verbatim,
-    simpler,
 )
 from lagrange_cli.report.writers.latex.letters import MacroPrinter, Macros
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
@@ -98,9 +96,9 @@ class Typesetter(RowSetter):
 
     def blocks(self, section: Section) -> list[str]:
         """Return the blocks of a section without its heading."""
-        return [line for block in section.blocks for line in self._block(block, section.name)]
+        return [line for block in self.fitted(section) for line in self._block(block, section.name)]
 
-    def _block(self, block: Block, part: str) -> list[str]:
+    def _block(self, block: PlainBlock, part: str) -> list[str]:
         match block:
             case Paragraph(text):
                 return [self.text(text)]
@@ -113,18 +111,15 @@ class Typesetter(RowSetter):
             case Table():
                 return self._table(block)
             case Bullets(items):
-                return [
-                    _BULLETS,
-                    *(rf"  \item {item}" for item in map(self.text, items)),
-                    r"\end{itemize}",
-                ]
+                return _list(map(self.text, items))
             case Labelled(rows):
-                terms = (rf"  \item[{self.text(a)}] {self.text(b)}" for a, b in rows)
-                return [r"\begin{description}", *terms, r"\end{description}"]
+                terms = (
+                    say("{name}: {value}", name=rf"\textbf{{{self.text(a)}}}", value=b)
+                    for a, b in rows
+                )
+                return _list(map(self.text, terms))
             case Verbatim(lines):
                 return [r"\begin{verbatim}", *lines, r"\end{verbatim}"]
-            case Statements() | Packed():
-                return [line for one in simpler(block) for line in self._block(one, part)]
             case Picture():
                 return [r"\begin{center}", self.picture, r"\end{center}"]
 
@@ -238,6 +233,10 @@ _ALONE = r"\rlap"
 _UNBROKEN = r"\postdisplaypenalty=10000 "
 
 _BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
+
+
+def _list(items: Iterable[str]) -> list[str]:
+    return [_BULLETS, *(rf"  \item {item}" for item in items), r"\end{itemize}"]
 
 
 def letter_count(text: str) -> int:

@@ -1,7 +1,7 @@
-"""The derivation as a person reads it in a terminal, in Unicode or plain ASCII.
+"""Sections as a person reads them in a terminal, in Unicode or plain ASCII.
 
-Equations go in, a page of rows comes out. Read :mod:`.derivation` first: it has the sections in
-order, each a function of the :class:`~.writer.TextWriter`.
+Sections go in, rows of a page come out: :mod:`.sections` writes those of derivations, boards and
+their blocks, :mod:`.results` those of analyses. Read :mod:`.derivation` first.
 """
 
 from lagrange_cli.report.writers.terminal.derivation import derivation_page, derivation_text

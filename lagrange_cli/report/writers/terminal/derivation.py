@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import OptionValue, completed
-from lagrange_cli.errors import escape_controls
-from lagrange_cli.notation.page import USUAL_WIDTH, Page, Row, page, words
+from lagrange_cli.notation.page import USUAL_WIDTH, Page, page
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.scene_language import ScenePrinter
-from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.report.contents.derivation.contents import contents
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS, TEXT_OPTIONS, sections_of
@@ -19,7 +17,7 @@ from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.tree import seen
 from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
-from lagrange_cli.report.writers.terminal.sections import TerseRows
+from lagrange_cli.report.writers.terminal.sections import TerseRows, title_row
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -83,12 +81,4 @@ def derivation_page(
         printer = UnicodePrinter(lowered=is_lowered)
     rows = TerseRows(lettering, printer)
     sections = seen(contents(writer, parts, form), "terminal")
-    return page([[_title(equations, ascii=ascii)], *map(rows.section, sections)], ascii=ascii)
-
-
-def _title(equations: Equations, *, ascii: bool) -> Row:
-    """Return the name and the title of the scene, whose formulas are in plain letters."""
-    name, title = escape_controls(equations.presentation.name), equations.presentation.title
-    if not title:
-        return Row(name, role="heading")
-    return Row(name, ": ", words(escape_controls(title if ascii else text_prose(title))), "heading")
+    return page([[title_row(equations, ascii=ascii)], *map(rows.section, sections)], ascii=ascii)

@@ -55,6 +55,9 @@ class UnicodeLetters(Letters):
     def below(self, letter: str, index: str) -> str:
         return f"{letter}_{index}"
 
+    def entry(self, letter: str, row: int, column: int) -> str:
+        return f"{letter}[{row},{column}]"
+
     def total(self, index: str, body: str) -> str:
         return f"Σ_{index} {body}"
 

@@ -5,24 +5,29 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 from unicodedata import combining
 
+from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
+from lagrange_cli.notation.page import USUAL_WIDTH, Row, formula, words
 from lagrange_cli.notation.page import Block as PageBlock
-from lagrange_cli.notation.page import Row, formula, words
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
+from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.report.inlines import Lettering, Text
 from lagrange_cli.report.tables import TableColumn, labelled, table
 from lagrange_cli.report.tree import (
     Block,
     Bullets,
+    Cases,
     Formula,
     Formulas,
     Labelled,
     Law,
+    Matrices,
     Packed,
     Paragraph,
+    Passage,
     Picture,
     Section,
     Statements,
@@ -30,6 +35,10 @@ from lagrange_cli.report.tree import (
     Title,
     Verbatim,
 )
+from lagrange_cli.report.writers.fitting import Fitting
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
 
 #: Columns before paragraphs, and before laws and labels.
 _WORDS_INDENT, _FORMULA_INDENT = 2, 4
@@ -65,7 +74,7 @@ class SectionRows:
         text = self.lettering.text
         match block:
             case Formulas(rows):
-                return self._aligned(rows)
+                return self._aligned(list(self.fitting.each(rows)))
             case Paragraph(shown) | Title(shown):
                 return [Row("", " " * min(self.margin, _WORDS_INDENT), words(text(shown)))]
             case Law(shown):
@@ -84,6 +93,13 @@ class SectionRows:
                 return [Row("", line) for line in lines]
             case Picture():
                 return []
+            case Passage() | Cases() | Matrices():
+                return [row for one in self.fitting.blocks([block]) for row in self._block(one)]
+
+    @property
+    def fitting(self) -> Fitting:
+        """Return what chooses the forms of blocks that fit a line."""
+        return Fitting(self.lettering, USUAL_WIDTH)
 
     def _statements(self, rows: Sequence[tuple[Text, Text, Text]]) -> list[Row]:
         """Return equations behind their names, broken before signs, and the remarks on them."""
@@ -143,9 +159,9 @@ class SectionRows:
             if name:
                 return formula(f"{indent}{name}", "   ", shown)
             return formula("", indent, shown, "")
-        pieces = [piece for body in bodies for piece in _equal(body)]
+        pieces = equated(bodies)
         if middle:
-            pieces = [*_equal([Piece(middle, columns(middle))]), *pieces]
+            pieces = [*equated([[Piece(middle, columns(middle))]]), *pieces]
         # Signs of equality stand below each other, one column after the label's last letter.
         label = indent + label
         place = max(k for k, c in enumerate(label) if not combining(c))
@@ -202,26 +218,28 @@ class TerseRows(SectionRows):
         if not label:
             ends = f" {self.printer.at_least} 0" if row.multiplier else " = 0"
             left = bodies[0] if len(bodies) == 2 else suffixed(bodies[0], ends, columns(ends))
-            right = _equal(bodies[1]) if len(bodies) == 2 else []
+            right = equated(bodies[1:])
             pieces = self._ranged([*left, *right], text(row.ranges))
-            return _named(begin, "", pieces, aside)
+            return named_row(begin, "", pieces, aside)
         body = bodies[0] if bodies and not middle else list(words(middle))
         if not name:
-            return _named(begin + label, " = ", self._ranged(body, text(row.ranges)), aside)
-        return _named(begin, f"{label} = ", self._ranged(body, text(row.ranges)), aside)
+            return named_row(begin + label, " = ", self._ranged(body, text(row.ranges)), aside)
+        return named_row(begin, f"{label} = ", self._ranged(body, text(row.ranges)), aside)
 
 
-def _named(begin: str, lead: str, pieces: Sequence[Piece], aside: str) -> Row:
+def named_row(begin: str, lead: str, pieces: Sequence[Piece], aside: str) -> Row:
     """Return a row whose beginning has the look of a name, without the blanks behind it."""
     name = begin.rstrip()
     return formula(name, begin[len(name) :] + lead, pieces, aside=aside)
 
 
-def _equal(body: list[Piece]) -> list[Piece]:
-    """Return the pieces behind a sign of equality, before which a line may end."""
-    first, *others = deeper(body, 2)
-    head = replace(first, separator=" = ", lead="= ", depth=0, width=first.width + 3)
-    return [head, *others]
+def equated(sides: Sequence[list[Piece]]) -> list[Piece]:
+    """Return sides of a formula with a sign of equality before each, at which a line may end."""
+    pieces = []
+    for first, *others in (deeper(side, 2) for side in sides):
+        head = replace(first, separator=" = ", lead="= ", depth=0, width=first.width + 3)
+        pieces += [head, *others]
+    return pieces
 
 
 def leads_after(names: Sequence[str]) -> list[str]:
@@ -252,3 +270,11 @@ def without_separator(pieces: Iterable[Piece]) -> list[Piece]:
     """Return pieces of which the first one follows its lead at once."""
     first, *others = pieces
     return [replace(first, separator="", width=first.width - len(first.separator)), *others]
+
+
+def title_row(equations: Equations, *, ascii: bool) -> Row:
+    """Return the name and the title of the scene, whose formulas are in plain letters."""
+    name, title = escape_controls(equations.presentation.name), equations.presentation.title
+    if not title:
+        return Row(name, role="heading")
+    return Row(name, ": ", words(escape_controls(title if ascii else text_prose(title))), "heading")

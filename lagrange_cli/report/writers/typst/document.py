@@ -168,7 +168,7 @@ def emit_typst(
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
     setter = Typesetter(writer.lettering, stem=equations.presentation.name)
-    sections = content.sections(writer, setter.columns)
+    sections = content.sections(writer)
     blocks = [_opening(equations, say.code, content.about), *_body(sections, setter)]
     return {
         f"{equations.presentation.name}.typ": "\n\n".join("\n".join(block) for block in blocks)

@@ -10,20 +10,17 @@ from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.typst import CONTINUED, TypstPrinter, balanced, typst_string
 from lagrange_cli.report.inlines import Text
 from lagrange_cli.report.tree import (
-    Block,
     Bullets,
     Formulas,
     Labelled,
     Law,
-    Packed,
     Paragraph,
     Picture,
+    PlainBlock,
     Section,
-    Statements,
     Table,
     Title,
     Verbatim,
-    simpler,
 )
 from lagrange_cli.report.writers.rows import FormulaRow, RowSetter
 
@@ -68,9 +65,9 @@ class Typesetter(RowSetter):
 
     def blocks(self, section: Section) -> list[str]:
         """Return the blocks of a section without its heading."""
-        return [line for block in section.blocks for line in self._block(block, section.name)]
+        return [line for block in self.fitted(section) for line in self._block(block, section.name)]
 
-    def _block(self, block: Block, part: str) -> Iterator[str]:
+    def _block(self, block: PlainBlock, part: str) -> Iterator[str]:
         match block:
             case Paragraph(text):
                 yield self.text(text)
@@ -89,8 +86,6 @@ class Typesetter(RowSetter):
                 yield from (f"/ {self.text(a)}: {self.text(b)}" for a, b in rows)
             case Verbatim(lines):
                 yield f"#raw(block: true, {typst_string(chr(10).join(lines))})"
-            case Statements() | Packed():
-                yield from (line for one in simpler(block) for line in self._block(one, part))
             case Picture():
                 pass
 
