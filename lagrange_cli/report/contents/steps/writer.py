@@ -159,17 +159,8 @@ class Writer(TreeWriter):
         """Letters and language."""
         return Lettering(self.letters, self.say)
 
-    @cached_property
-    def lettered_labels(self) -> dict[str, str]:
-        """The labels in the letters of the format."""
-        return {short: self.lettering.text(label) for short, label in self.labels.items()}
-
     def lettered_coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
         return self.lettering.text(self.coordinate(coordinate, order))
-
-    def lettered_inline(self, expression: Expr) -> str:
-        """Return an expression within a sentence, in the letters of the format."""
-        return self.lettering.text(self.inline(expression))
 
     def lettered_list(self, formulas: Sequence[str]) -> str:
         """Return formulas within a sentence: ``x, y and z``."""
