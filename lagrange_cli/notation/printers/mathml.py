@@ -186,7 +186,7 @@ def _bare(match: re.Match[str]) -> str:
         return mathml_number(number) if number else mathml_name(name)
     if infix:
         return f'<mo form="infix">{_TYPESET.get(infix, infix)}</mo>'
-    return '<mo form="prefix">−</mo>' if sign == "-" else _operator(sign) if sign else ""
+    return '<mo form="prefix">−</mo>' if sign == "-" else _character(sign) if sign else ""
 
 
 def mathml_row(text: str) -> str:
@@ -225,7 +225,7 @@ def _character(character: str) -> str:
     """Return a letter, digit or sign; capital Greek letters and ∇ are upright, as in LaTeX."""
     if character.isdecimal():
         return f"<mn>{character}</mn>"
-    if character.isalpha() or character in "∂∇∞":
+    if character.isalpha() or character in "∂∇∞…":
         return _identifier(character, upright="Α" <= character <= "Ω" or character == "∇")
     return _operator(character)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from lagrange_cli.latex_allowlist import with_formulas
 from lagrange_cli.notation.layout import Piece, break_lines, width
@@ -130,10 +130,10 @@ class HtmlLetters(Letters):
 
     def ranges(self, ranges: Sequence[Range]) -> str:
         spans = (
-            f"{', '.join(letters)} = {first}, …, {last}"
+            mathml_signs(f"{', '.join(letters)} = {first}, …, {last}")
             for letters, first, last in grouped_ranges(ranges)
         )
-        return mathml_signs(", ".join(spans))
+        return f"<mo>,</mo>{mathml_space(0.333)}".join(spans)
 
     def formula(self, node: DisplayNode) -> str:
         return _PRINTER.inline(node)
@@ -232,6 +232,8 @@ class HtmlSetter(RowSetter):
                 assert self.equations is not None
                 (sketch,) = emit_svg(self.equations, {}).values()
                 yield f"<figure>\n{sketch}</figure>"
+            case _:
+                assert_never(block)
 
     def _law(self, text: str) -> Iterator[str]:
         """Yield the lines of a general formula."""

@@ -91,7 +91,7 @@ def constraint_forces(writer: DocumentWriter) -> Section | None:
         return None
     rows = list(_force_rows(writer, forces))
     is_empty = not (rows or forces.shared)
-    meaning = say("There are none.") if is_empty else say("{text}.", text=forces_line())
+    meaning = say("There are none.") if is_empty else opened(say("{text}.", text=forces_line()))
     return section(
         say("Constraint forces"),
         Paragraph(meaning, only="document"),
