@@ -247,10 +247,9 @@ class PlannedEnsemble:
 
         ensemble = store.ensemble(self.plan.model.name, self.times)
         if self.panels is not None:
-            values = [self.members.values(k) for k in range(len(self.members))]
             starts = frozenset(self.plan.member.initial)
             labels = self.plan.model.labels
-            draw_into(self.asked.plot, Family(ensemble, values, self.panels, labels, starts))
+            draw_into(self.asked.plot, Family(ensemble, self.panels, labels, starts))
         if self.plane is not None and self.drawn is not None:
             plane_map = self.plane.map_of(ensemble.arrays, self.drawn, self.plan, self.times)
             draw_into(self.asked.plot, plane_map)

@@ -31,11 +31,9 @@ def simulate(folder, *words):
 def family_of(members, text, starts=()):
     derivation = loads(SCENE).derive()
     ensemble = derivation.ensemble(members, until=1.0)
-    (name,) = members
-    values = [{name: str(x)} for x in members[name]]
     panels = read_panels(text, ("t", *ensemble.columns), "of")
     labels = labels_of(derivation.equations)
-    return ensemble, picture_of(Family(ensemble, values, panels, labels, frozenset(starts)))
+    return ensemble, picture_of(Family(ensemble, panels, labels, frozenset(starts)))
 
 
 def test_a_curve_for_each_member():
@@ -61,6 +59,12 @@ def test_curves_of_one_panel_have_their_names():
     _, picture = family_of({"l": [1, 2]}, "theta + dot(theta)")
     names = [line.label.plain for line in picture.panels[0].lines]
     assert names == ["θ, l = 1 m", "θ, l = 2 m", "θ̇, l = 1 m", "θ̇, l = 2 m"]
+
+
+def test_members_that_cannot_be_begun_have_no_curve():
+    _, picture = family_of({"l": ["1/2", -1, "pi"]}, "theta")
+    names = [line.label.plain for line in picture.panels[0].lines]
+    assert names == ["l = 0.5 m", "l = 3.14159 m"]
 
 
 def test_the_command_draws_them(folder):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.pictures.curves import Curve, Panels
 from lagrange_cli.pictures.drawing import picture_of
 from lagrange_cli.pictures.drawn.motions import curve_label, over_time, panel_of
@@ -59,8 +58,6 @@ class Family:
     ----------
     ensemble
         The motions, with every column that is drawn.
-    values
-        For each member its values by name, as texts.
     panels
         The curves.
     labels
@@ -70,7 +67,6 @@ class Family:
     """
 
     ensemble: Ensemble
-    values: Sequence[Mapping[str, str]]
     panels: Panels
     labels: Labels
     starts: frozenset[str]
@@ -79,6 +75,13 @@ class Family:
         """Return the symbol of a value, as θ(0) where it is one at the start."""
         symbol = self.labels.symbol(name)
         return at_time(symbol, self.ensemble.t[0]) if name in self.starts else symbol
+
+    def label(self, member: int) -> Label:
+        """Name a member by its numbers, ``l = 2``."""
+        numbers = ((name, float(values[member])) for name, values in self.ensemble.given.items())
+        return listed(
+            [equation(self.symbol(n), number, self.labels.unit(n)) for n, number in numbers]
+        )
 
 
 @picture_of.register
@@ -99,8 +102,8 @@ def _levels(family: Family) -> tuple[Array | None, ColourBar | None]:
 
     None where members are told apart by a legend, or not at all.
     """
-    names = list(family.values[0])
-    if len(family.values) <= len(COLOURS) or len(names) != 1:
+    names = list(family.ensemble.given)
+    if len(family.ensemble) <= len(COLOURS) or len(names) != 1:
         return None, None
     numbers = np.asarray(family.ensemble.given[names[0]], dtype=float)
     low, high = float(np.nanmin(numbers)), float(np.nanmax(numbers))
@@ -111,39 +114,28 @@ def _levels(family: Family) -> tuple[Array | None, ColourBar | None]:
 
 
 def _panel(family: Family, curves: Sequence[Curve], levels: Array | None) -> Panel:
-    lines = tuple(
-        _line(family, curve, member, None if levels is None else levels[member], curves)
-        for curve in curves
-        for member in range(len(family.values))
-    )
+    lines = tuple(line for curve in curves for line in _lines(family, curve, curves, levels))
     return panel_of(family.labels, curves, lines)
 
 
-def _line(
-    family: Family, curve: Curve, member: int, level: float | None, curves: Sequence[Curve]
-) -> Line:
-    columns, labels = family.ensemble.columns, family.labels
+def _lines(
+    family: Family, curve: Curve, curves: Sequence[Curve], levels: Array | None
+) -> Iterator[Line]:
+    """Yield a curve of each member that could be begun."""
+    members = len(family.ensemble)
     x, y = (
-        family.ensemble.t if name == "t" else np.asarray(columns[name][member])
+        np.broadcast_to(family.ensemble.arrays[name], (members, len(family.ensemble.t)))
         for name in (curve.abscissa, curve.ordinate)
     )
-    known = np.isfinite(x) & np.isfinite(y)
-    label = member_label(labels, member, family.values[member], family.symbol)
-    if len(curves) > 1:
-        name = curve_label(labels, curve, alone=over_time(curves))
-        label = listed([name, label])
-    has_ends = level is None and curve.abscissa != "t"
-    return Line(label, x[known], y[known], has_ends=has_ends, level=level)
-
-
-def member_label(
-    labels: Labels,
-    member: int,
-    values: Mapping[str, str],
-    symbol: Callable[[str], Label] | None = None,
-) -> Label:
-    """Name a member by its numbers, ``l = 2``; by its own number if it has others than numbers."""
-    if not values or not all(map(DECIMAL_NUMBER.fullmatch, values.values())):
-        return Label(str(member), str(member))
-    symbols = labels.symbol if symbol is None else symbol
-    return listed([equation(symbols(n), float(text), labels.unit(n)) for n, text in values.items()])
+    for member, known in enumerate(np.isfinite(x) & np.isfinite(y)):
+        label = family.label(member)
+        if len(curves) > 1:
+            label = listed([curve_label(family.labels, curve, alone=over_time(curves)), label])
+        if known.any():
+            yield Line(
+                label,
+                x[member, known],
+                y[member, known],
+                has_ends=levels is None and curve.abscissa != "t",
+                level=None if levels is None else levels[member],
+            )

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from lagrange_cli.files.rows import DECIMAL_NUMBER
 from lagrange_cli.pictures.curves import Curve, Panels, read_panels
 from lagrange_cli.pictures.drawing import picture_of
-from lagrange_cli.pictures.drawn.families import member_label
 from lagrange_cli.pictures.drawn.motions import curve_label, panel_of
 from lagrange_cli.pictures.mathematics import condition_label
-from lagrange_cli.pictures.picture import Line, Panel, Picture
+from lagrange_cli.pictures.picture import Line, Panel, Picture, equation, listed
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label
 from lagrange_cli.studies.section.result import Section, SectionPoints
@@ -46,9 +46,13 @@ def _points(section: Section, place: int, points: SectionPoints, curve: Curve) -
 
 def _label(section: Section, place: int, points: SectionPoints, curve: Curve) -> Label:
     """Name the points of a motion by the numbers that set it apart, else by their curve."""
-    if len(section.members) > 1 or points.given:
-        return member_label(section.labels, place, points.given)
-    return curve_label(section.labels, curve, alone=False)
+    labels, texts = section.labels, points.given
+    if texts and all(map(DECIMAL_NUMBER.fullmatch, texts.values())):
+        pairs = ((name, float(text)) for name, text in texts.items())
+        return listed([equation(labels.symbol(n), x, labels.unit(n)) for n, x in pairs])
+    if len(section.members) > 1:
+        return Label(str(place), str(place))
+    return curve_label(labels, curve, alone=False)
 
 
 def _column(section: Section, points: SectionPoints, name: str) -> Array:
