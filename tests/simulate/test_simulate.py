@@ -14,7 +14,7 @@ import pytest
 
 from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
-from lagrange_cli.report.values.simulation import TRAJECTORY
+from lagrange_cli.report.values.simulation import SIMULATION, TRAJECTORY, Simulated
 from lagrange_cli.simulate import INTEGRATORS, Trajectory, simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.request import MOST_SAMPLES_IN_MEMORY
@@ -203,7 +203,8 @@ def test_drift_does_not_depend_on_the_zero_of_energy(trajectory):
 
 
 def test_summary_has_exactly_the_contracts_keys(trajectory):
-    summary = trajectory.summary(derive_seconds=0.5)
+    simulated = Simulated(model_of(equations()), trajectory, derive_seconds=0.5)
+    summary = SIMULATION.write(simulated)
     assert list(summary) == [
         "name",
         "status",
