@@ -32,6 +32,7 @@ from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.pictures.sketch.svg import emit_svg
 from lagrange_cli.report.contents.derivation.contents import Content, asked_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.ranges import grouped_ranges
@@ -357,8 +358,8 @@ def emit_html(
     content = content or asked_content(equations, options)
     letters = HtmlLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
-    writer = DocumentWriter(equations, letters, say, written_out=written_out)
-    setter = HtmlSetter(writer.lettering, equations=equations)
+    writer = DocumentWriter(equations, written_out=written_out)
+    setter = HtmlSetter(Lettering(letters, say), equations=equations)
     sections = content.sections(writer)
     presentation = equations.presentation
     title, description = presentation.title or presentation.name, presentation.description

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.report.contents.derivation.contents import Content, asked_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.inlines import say
+from lagrange_cli.report.inlines import Lettering, say
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.tree import (
     Bullets,
@@ -72,11 +72,11 @@ def emit_markdown(
     content = content or asked_content(equations, options)
     letters = MarkdownLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
-    writer = DocumentWriter(equations, letters, say, written_out=written_out)
+    writer = DocumentWriter(equations, written_out=written_out)
     paragraphs = [f"# {letters.prose(equations.presentation.title or equations.presentation.name)}"]
     if equations.presentation.description:
         paragraphs.append(letters.prose(equations.presentation.description))
-    setter = Typesetter(writer.lettering)
+    setter = Typesetter(Lettering(letters, say))
     for section in content.sections(writer):
         paragraphs += _section(section, setter)
     return {f"{equations.presentation.name}.md": "\n\n".join(paragraphs) + "\n"}

@@ -122,7 +122,7 @@ def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") 
     """
     letters = AsciiLetters() if ascii else UnicodeLetters()
     lettering = Lettering(letters, language(code).in_ascii() if ascii else language(code))
-    writer = DocumentWriter(analysis.equations, letters, abbreviating=False, written_out=True)
+    writer = DocumentWriter(analysis.equations, abbreviating=False, written_out=True)
     sections = seen(analysis_sections(analysis, writer), "terminal")
     rows = ResultRows(lettering, ScenePrinter() if ascii else UnicodePrinter())
     title = title_row(analysis.equations, ascii=ascii)

@@ -19,7 +19,6 @@ from lagrange_cli.report.contents.families import with_families
 from lagrange_cli.report.contents.sentences import omission_told, operations_told
 from lagrange_cli.report.contents.steps.writer import Writer
 from lagrange_cli.report.inlines import Text, ranges, symbol, upright
-from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.tree import Formula, Paragraph
 
 if TYPE_CHECKING:
@@ -34,8 +33,6 @@ class DocumentWriter(Writer):
 
     Attributes
     ----------
-    letters
-        Letters of the format.
     abbreviating
         True if the scene's abbreviations stand for their expressions.
     written_out
@@ -46,7 +43,6 @@ class DocumentWriter(Writer):
         Names of the abbreviations that what was written so far holds.
     """
 
-    letters: Letters
     abbreviating: bool = True
     written_out: bool = False
     read_back: bool = False

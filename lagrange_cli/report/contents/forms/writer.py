@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.notation.build import display, display_sum
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.notation.vocabulary import Vocabulary, with_symbols
-from lagrange_cli.report.contents.steps.writer import TreeWriter
+from lagrange_cli.report.contents.steps.writer import Writer
 from lagrange_cli.report.inlines import Label, Sentence, Text, say, symbol
 from lagrange_cli.report.tree import Formula
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class FormWriter(TreeWriter):
+class FormWriter(Writer):
     """Writes labels and rows of a form.
 
     Attributes

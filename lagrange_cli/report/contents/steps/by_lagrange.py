@@ -8,7 +8,7 @@ from dataclasses import replace
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display_terms
 from lagrange_cli.report.contents.sentences import divisor_and_factor, multipliers_line
-from lagrange_cli.report.contents.steps.writer import PLACE, SPEED, StepsWriter, TreeWriter, sum_of
+from lagrange_cli.report.contents.steps.writer import PLACE, SPEED, StepsWriter, Writer, sum_of
 from lagrange_cli.report.inlines import (
     Label,
     Written,
@@ -64,7 +64,7 @@ def lagrange_equations(writer: StepsWriter) -> Section | None:
     return section(say("Lagrange's equations"), law, *blocks)
 
 
-def lagrange_law(writer: TreeWriter, multiplied: Iterable[Label | str]) -> Label:
+def lagrange_law(writer: Writer, multiplied: Iterable[Label | str]) -> Label:
     """d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v = Q + Σ λ ∂φ/∂q, as far as there are such parts.
 
     ``multiplied``: the terms with λ.

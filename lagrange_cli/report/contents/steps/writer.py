@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -25,7 +25,6 @@ from lagrange_cli.report.inlines import (
     Expression,
     Inline,
     Label,
-    Lettering,
     Listed,
     Plain,
     Text,
@@ -40,8 +39,6 @@ from lagrange_cli.report.inlines import (
     vector,
     virtual,
 )
-from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.language import ENGLISH, Language
 from lagrange_cli.report.tree import Formula, Formulas, Medium, Paragraph, Title
 
 if TYPE_CHECKING:
@@ -64,7 +61,7 @@ INERTIA = times(symbol("m_i"), vector("r", 2))
 
 
 @dataclass(frozen=True)
-class TreeWriter:
+class Writer:
     """Makes labels and rows of some equations.
 
     Attributes
@@ -140,38 +137,7 @@ class TreeWriter:
 
 
 @dataclass(frozen=True)
-class Writer(TreeWriter):
-    """Writes labels and rows of some equations in letters of a format.
-
-    Attributes
-    ----------
-    letters
-        Letters of the format.
-    say
-        The language of the words between formulas.
-    """
-
-    letters: Letters
-    say: Language = ENGLISH
-
-    @property
-    def lettering(self) -> Lettering:
-        """Letters and language."""
-        return Lettering(self.letters, self.say)
-
-    def lettered_coordinate(self, coordinate: Coordinate, order: int = 0) -> str:
-        return self.lettering.text(self.coordinate(coordinate, order))
-
-    def lettered_list(self, formulas: Sequence[str]) -> str:
-        """Return formulas within a sentence: ``x, y and z``."""
-        inline = [self.letters.inline(f) for f in formulas]
-        if len(inline) < 2:
-            return "".join(inline)
-        return self.say("{first} and {last}", first=", ".join(inline[:-1]), last=inline[-1])
-
-
-@dataclass(frozen=True)
-class StepsWriter(TreeWriter):
+class StepsWriter(Writer):
     """Makes labels and rows of the steps of some equations.
 
     Attributes
@@ -254,7 +220,7 @@ class StepsWriter(TreeWriter):
         return group(self.formula(expression)) if is_sum else self.formula(expression)
 
 
-def start_sentence(writer: TreeWriter, letter: Callable[[Conserved], Label]) -> Paragraph | None:
+def start_sentence(writer: Writer, letter: Callable[[Conserved], Label]) -> Paragraph | None:
     """Give conserved quantities at a start that the scene writes in its parameters."""
     values = tuple(
         letter(quantity) + " = " + writer.formula(value)
@@ -264,7 +230,7 @@ def start_sentence(writer: TreeWriter, letter: Callable[[Conserved], Label]) -> 
 
 
 def angular_momentum_sentence(
-    writer: TreeWriter, quantity: Conserved, letter: Label
+    writer: Writer, quantity: Conserved, letter: Label
 ) -> Paragraph | None:
     """Say about which axis a momentum is the angular momentum, if it is proven to be so."""
     axis = angular_momentum_axis(writer.equations, quantity)

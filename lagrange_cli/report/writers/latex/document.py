@@ -19,6 +19,8 @@ from lagrange_cli.report.contents.derivation.motion import (
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.forms.contents import FORMS
 from lagrange_cli.report.document_options import length
+from lagrange_cli.report.inlines import Lettering
+from lagrange_cli.report.phrases.language import ENGLISH
 from lagrange_cli.report.tree import formulas
 from lagrange_cli.report.writers.latex.beamer import latex_frames
 from lagrange_cli.report.writers.latex.letters import LatexLetters
@@ -159,20 +161,15 @@ def emit_latex(
 
 def equation_latex(equations: Equations, index: int) -> str:
     """One shown equation of motion on a line, without math delimiters or abbreviations."""
-    writer = DocumentWriter(
-        equations, LatexLetters(equations), abbreviating=False, written_out=True
-    )
-    (row,) = Typesetter(writer.lettering).rows(
-        formulas(lagrange_equations(writer)[index : index + 1])
-    )
+    writer = DocumentWriter(equations, abbreviating=False, written_out=True)
+    (row,) = _setter(equations).rows(formulas(lagrange_equations(writer)[index : index + 1]))
     return joined(row.pieces)
 
 
 def equations_latex(equations: Equations) -> str:
     """All equations of motion, then those of closures and contacts and what abbreviations stand
     for, in an ``aligned`` environment, without math delimiters; long ones on several lines."""
-    writer = DocumentWriter(equations, LatexLetters(equations))
-    setter = Typesetter(writer.lettering)
+    writer, setter = DocumentWriter(equations), _setter(equations)
     equation_rows = [*lagrange_equations(writer), *closure_rows(writer), *contact_rows(writer)]
     rows = [replace(row, label="") for row in setter.rows(formulas(equation_rows))]
     for row in setter.rows(formulas(writer.abbreviations())):
@@ -180,3 +177,7 @@ def equations_latex(equations: Equations) -> str:
         rows.append(replace(row, label="", pieces=prefixed(row.pieces, label, setter.room(label))))
     lines = " \\\\\n".join(line.strip() for line in setter.lines(rows))
     return "\n".join([r"\begin{aligned}", lines, r"\end{aligned}"])
+
+
+def _setter(equations: Equations) -> Typesetter:
+    return Typesetter(Lettering(LatexLetters(equations), ENGLISH))

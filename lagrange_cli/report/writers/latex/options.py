@@ -11,6 +11,7 @@ from lagrange_cli.pictures.sketch.tikz import tikz_picture
 from lagrange_cli.report.contents.derivation.contents import Content, derivation_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS, length, sections_of
+from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import ENGLISH, Language, language
 from lagrange_cli.report.writers.latex.letters import LatexLetters, Macros
 from lagrange_cli.report.writers.latex.typesetter import COLUMN_POINTS, Typesetter
@@ -86,8 +87,7 @@ class LatexOptions:
 
     def writer(self, equations: Equations) -> DocumentWriter:
         """Return the writer of the document's content."""
-        letters = LatexLetters(equations, self.macros)
-        return DocumentWriter(equations, letters, self.say, written_out=self.written_out)
+        return DocumentWriter(equations, written_out=self.written_out)
 
     def sections(self, equations: Equations) -> list[Section]:
         """Return the sections of the document."""
@@ -117,7 +117,7 @@ class LatexOptions:
         picture = tikz_picture(equations, self._points) if "sketch" in self.parts else ""
         rows = 6 if self.style == "beamer" else 24
         return Typesetter(
-            self.writer(equations).lettering,
+            Lettering(LatexLetters(equations, self.macros), self.say),
             self._columns,
             self.numbered,
             equations.presentation.name,

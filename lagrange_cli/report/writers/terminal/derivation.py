@@ -66,9 +66,7 @@ def derivation_page(
     chosen = completed("text", TEXT_OPTIONS, options or {})
     say = language(str(chosen["language"]))
     written_out = bool(chosen["written_out"])
-    writer = DocumentWriter(
-        equations, UnicodeLetters(), say, written_out=written_out, read_back=ascii
-    )
+    writer = DocumentWriter(equations, written_out=written_out, read_back=ascii)
     # The scene has the parameters; they are shown with steps, and where they are asked for.
     asked = sections_of(chosen, forces=equations.derivation.constraint_forces is not None)
     is_usual = chosen["sections"] == DEFAULT_SECTIONS and equations.derivation.steps is None

@@ -21,6 +21,7 @@ from lagrange_cli.notation.printers.typst import (
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.contents.derivation.contents import Content, asked_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.ranges import typst_ranges
@@ -166,8 +167,8 @@ def emit_typst(
     """
     content = content or asked_content(equations, options)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
-    writer = DocumentWriter(equations, TypstLetters(equations), say, written_out=written_out)
-    setter = Typesetter(writer.lettering, stem=equations.presentation.name)
+    writer = DocumentWriter(equations, written_out=written_out)
+    setter = Typesetter(Lettering(TypstLetters(equations), say), stem=equations.presentation.name)
     sections = content.sections(writer)
     blocks = [_opening(equations, say.code, content.about), *_body(sections, setter)]
     return {
