@@ -139,9 +139,9 @@ def text_sides(panel: Panel, width: float, height: float) -> list[tuple[int, int
         return []
     parts, sides = _places(panel, width / height), []
     for mark, place in zip(parts[len(parts) - len(panel.places) :], panel.places, strict=True):
-        letters = len(place.label.plain)
+        letters = max(2, len(place.label.plain))
         box = np.array([(_SMALL_LETTER * letters) / width, _SMALL_ROW / height])
-        steps = np.stack([np.linspace(0.1, 1, max(2, letters)), np.full(max(2, letters), 0.5)], 1)
+        steps = np.stack([np.linspace(0.1, 1, letters), np.full(letters, 0.5)], 1)
         covered = []
         for side in _SIDES:
             within = (parts - mark) * side / box
