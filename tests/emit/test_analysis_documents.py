@@ -96,6 +96,11 @@ def test_poles_are_complex():
     assert "s_1 & = -0.6 + 6.29603 thin upright(i)" in text
 
 
+def test_a_vector_of_one_component_has_both_parentheses():
+    (text,) = analysis("oscillators/seismometer", "linearization").emit("latex").values()
+    assert r"\mathbf{u} & = (a) \\" in text
+
+
 @pytest.mark.slow
 def test_conditions_and_conserved_quantities_are_said():
     (text,) = analysis("beads/bead_on_rotating_hoop").emit("markdown").values()

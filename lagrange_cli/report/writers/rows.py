@@ -132,7 +132,8 @@ class RowSetter(ABC):
     def _vector(self, components: Sequence[str]) -> list[Piece]:
         """Return components in parentheses; a line may end after each comma."""
         texts = [f"{component}," for component in components]
-        texts[0], texts[-1] = f"({texts[0]}", f"{texts[-1][:-1]})"
+        texts[0] = f"({texts[0]}"
+        texts[-1] = f"{texts[-1][:-1]})"
         first, *others = (Piece(text, self.room(text) + 1, "", "", 0) for text in texts)
         return [replace(first, depth=None), *(replace(piece, separator=" ") for piece in others)]
 
