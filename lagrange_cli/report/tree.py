@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.inlines import Text, Written, in_parentheses, say
+from lagrange_cli.report.inlines import Listed, Text, Written, in_parentheses, say
 
 #: Readers that a block may be for: those of a document, those of a terminal.
 Medium: TypeAlias = Literal["document", "terminal"]
@@ -150,10 +150,34 @@ class Labelled(Visible):
 
 
 @dataclass(frozen=True)
-class Statements(Visible):
-    """Equations and inequalities as a scene has them, each with its name and a remark."""
+class Statement:
+    """Equations and inequalities as a scene has them.
 
-    rows: tuple[tuple[Text, Text, Text], ...]
+    Attributes
+    ----------
+    name, remark
+        Their name, and what is to be said of them, or empty.
+    equations
+        Each with the values of its indices, or empty.
+    """
+
+    name: Text
+    equations: tuple[tuple[Text, Text], ...]
+    remark: Text = ""
+
+    @property
+    def item(self) -> Written:
+        """The equations with their name and remark as an item of a list."""
+        parts = (part for pair in self.equations for part in pair if part)
+        item = say("{name}: {value}", name=self.name, value=Listed(tuple(parts)))
+        return in_parentheses(item, self.remark) if self.remark else item
+
+
+@dataclass(frozen=True)
+class Statements(Visible):
+    """Equations and inequalities as a scene has them, those of one name on a line."""
+
+    rows: tuple[Statement, ...]
 
 
 @dataclass(frozen=True)
@@ -269,13 +293,6 @@ Block: TypeAlias = PlainBlock | Statements | Packed | Passage | Cases | Matrices
 
 Part: TypeAlias = Block | Text
 """A part of a section, where words by themselves are a paragraph."""
-
-
-def statement_item(row: tuple[Text, Text, Text]) -> Written:
-    """Return an equation with its name and the remark on it as an item of a list."""
-    name, text, remark = row
-    item = say("{name}: {value}", name=name, value=text)
-    return in_parentheses(item, remark) if remark else item
 
 
 @dataclass(frozen=True)

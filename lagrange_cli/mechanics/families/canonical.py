@@ -89,12 +89,16 @@ class Shapes:
         """
         if self._count(expr) > _MOST_TERMS:
             return None
-        terms = []
+        terms: dict[tuple[str, tuple[sp.Symbol, ...]], Term] = {}
         for flat in self._flat(expr):
             number, text, symbols = self.shape_of(flat)
             value = Fraction(int(number.p), int(number.q))
-            terms.append(Term(row, value, text, symbols, flat / number))
-        return terms
+            known = terms.get((text, symbols))
+            if known is not None:
+                # Sums within a sum, as heights of a chain, hold a product more than once.
+                value += known.number
+            terms[text, symbols] = Term(row, value, text, symbols, flat / number)
+        return [term for term in terms.values() if term.number]
 
     # -- shapes -------------------------------------------------------------------
 

@@ -39,7 +39,6 @@ from lagrange_cli.report.tree import (
     Statements,
     Title,
     formulas,
-    statement_item,
 )
 
 #: Part of a line that a side of a formula fills at most where it can be written otherwise.
@@ -79,7 +78,7 @@ class Fitting:
         for block in blocks:
             match block:
                 case Statements(rows):
-                    yield Bullets(tuple(map(statement_item, rows)))
+                    yield Bullets(tuple(row.item for row in rows))
                 case Packed(heading, items, rows):
                     yield Paragraph(say("{text}.", text=term(heading, Listed(items))))
                     yield formulas(rows)

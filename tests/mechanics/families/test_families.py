@@ -252,6 +252,13 @@ def test_pages_do_not_grow_with_the_number_of_elements():
     assert len(texts[0].splitlines()) == len(texts[1].splitlines())
 
 
+@pytest.mark.parametrize("n", [7, 16, 40])
+def test_products_that_stand_in_several_sums_are_gathered(n):
+    """Heights of a chain hold those of all links above; their sum is not multiplied out."""
+    equations = _loaded("chains/pendulum_chain", n=n).derive().equations
+    assert "\nV = -m g l Σᵢ₌₁ⁿ (n + 1 - i) cos θᵢ\n" in derivation_text(equations)
+
+
 def test_notebooks_show_families():
     shown = _loaded("chains/toda_ring").derive()._repr_latex_()
     assert r"i = 1, \dots, n" in shown

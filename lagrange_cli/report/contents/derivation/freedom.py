@@ -49,14 +49,13 @@ from lagrange_cli.report.tree import (
     Packed,
     Paragraph,
     Section,
+    Statement,
     Statements,
     formulas,
     section,
-    statement_item,
 )
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.families.forms import Range
     from lagrange_cli.mechanics.system import Coordinate
 
 
@@ -103,13 +102,13 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     """Return the constraints as the scene writes them, with what is to be said of each."""
     account = writer.equations.derivation.account
     implied, kind = implied_line(writer.equations), common_kind(writer.equations)
-    rows: list[tuple[Text, Text, Text]] = []
+    rows = []
     for line in account_lines(writer.equations, writer.families):
-        equations = [_statement(writer, text, spans) for text, spans in line.equations]
-        rows.append((Plain(line.name), Listed(tuple(equations)), line.remark or ""))
-    further: list[tuple[Text, Text, Text]] = []
-    further += [] if implied is None else [(say("(implied)"), implied, "")]
-    further += [] if kind is None else [(say("(all)"), kind, "")]
+        pairs = ((_statement(writer, text), spans) for text, spans in line.equations)
+        shown = tuple((text, Inline(ranges(spans)) if spans else "") for text, spans in pairs)
+        rows.append(Statement(Plain(line.name), shown, line.remark or ""))
+    further = [] if implied is None else [Statement(say("(implied)"), ((implied, ""),))]
+    further += [] if kind is None else [Statement(say("(all)"), ((kind, ""),))]
     if rows or further:
         yield Statements((*rows, *further), only="terminal")
     if not account.lines:
@@ -120,7 +119,7 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
         return
     if not alone:
         yield Paragraph(say("Constraints:"), only="document")
-    items = [*map(statement_item, rows)]
+    items: list[Text] = [row.item for row in rows]
     items += [] if implied is None else [implied]
     items += [] if kind is None else [say("{name}: {value}", name=say("all"), value=kind)]
     yield Bullets(tuple(items), only="document")
@@ -129,14 +128,13 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
 _SIGNS: dict[str, Label | str] = {"=": "=", "<=": AT_MOST, ">=": AT_LEAST}
 
 
-def _statement(writer: DocumentWriter, text: str, spans: Sequence[Range]) -> Written:
-    """Return an equation or inequality of the scene, with the values of its indices."""
+def _statement(writer: DocumentWriter, text: str) -> Written:
+    """Return an equation or inequality of the scene."""
     statement = statement_of(text, writer.equations, writer.words)
-    shown: Written = Plain(text)
-    if statement is not None:
-        left = Expression(statement.left) + " " + _SIGNS[statement.relation] + " "
-        shown = Inline(left + Expression(statement.right))
-    return Listed((shown, Inline(ranges(spans)))) if spans else shown
+    if statement is None:
+        return Plain(text)
+    left = Expression(statement.left) + " " + _SIGNS[statement.relation] + " "
+    return Inline(left + Expression(statement.right))
 
 
 def _coordinates(writer: DocumentWriter, *, positions: bool) -> Iterator[Block]:

@@ -14,7 +14,7 @@ from lagrange_cli.notation.page import USUAL_WIDTH, Row, formula, words
 from lagrange_cli.notation.page import Block as PageBlock
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.notation.symbols import text_prose
-from lagrange_cli.report.inlines import Lettering, Text
+from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.tables import TableColumn, labelled, table
 from lagrange_cli.report.tree import (
     Block,
@@ -30,6 +30,7 @@ from lagrange_cli.report.tree import (
     Passage,
     Picture,
     Section,
+    Statement,
     Statements,
     Table,
     Title,
@@ -84,7 +85,7 @@ class SectionRows:
             case Bullets(items):
                 return [Row("", "  - ", words(text(item))) for item in items]
             case Labelled(pairs):
-                return labelled(*((text(label), text(shown)) for label, shown in pairs))
+                return self._labelled([(text(label), text(shown)) for label, shown in pairs])
             case Statements(statements):
                 return self._statements(statements)
             case Packed():
@@ -101,19 +102,27 @@ class SectionRows:
         """Return what chooses the forms of blocks that fit a line."""
         return Fitting(self.lettering, USUAL_WIDTH)
 
-    def _statements(self, rows: Sequence[tuple[Text, Text, Text]]) -> list[Row]:
+    def _labelled(self, pairs: Sequence[tuple[str, str]]) -> list[Row]:
+        return labelled(*pairs)
+
+    def _statements(self, rows: Sequence[Statement]) -> list[Row]:
         """Return equations behind their names, broken before signs, and the remarks on them."""
-        text = self.lettering.text
-        names = [text(name) for name, _, _ in rows]
-        shown = [
-            (*without_separator(equation_pieces(text(statement))), *remark_pieces(text(remark)))
-            for _, statement, remark in rows
-        ]
-        leads = leads_after(names)
+        names = [self.lettering.text(row.name) for row in rows]
         return [
-            Row(f"  {name}", lead, pieces, "name")
-            for name, lead, pieces in zip(names, leads, shown, strict=True)
+            Row(f"  {name}", lead, tuple(self._statement(row)), "name")
+            for name, lead, row in zip(names, leads_after(names), rows, strict=True)
         ]
+
+    def _statement(self, row: Statement) -> Iterator[Piece]:
+        text = self.lettering.text
+        shown = [(text(equation), text(spans)) for equation, spans in row.equations]
+        for number, (equation, spans) in enumerate(shown):
+            end = "" if number == len(shown) - 1 else ","
+            pieces = list(equation_pieces(equation + ("," if spans else end)))
+            yield from pieces if number else without_separator(pieces)
+            if spans:
+                yield Piece(spans + end, columns(spans + end) + 1, " ", "  ", 0)
+        yield from remark_pieces(text(row.remark))
 
     def _packed(self, block: Packed) -> PageBlock:
         text = self.lettering.text
@@ -209,6 +218,13 @@ class TerseRows(SectionRows):
         if self.margin and any(row.aside for row in rows) and not any(names):
             return [PageBlock(tuple(row for row in shown if isinstance(row, Row)), "asides")]
         return shown
+
+    def _labelled(self, pairs: Sequence[tuple[str, str]]) -> list[Row]:
+        leads = leads_after([label for label, _ in pairs])
+        return [
+            Row(label, lead, words(text), "heading")
+            for (label, text), lead in zip(pairs, leads, strict=True)
+        ]
 
     def _terse(self, row: Formula, name: str, lead: str) -> Row:
         text = self.lettering.text
