@@ -94,10 +94,12 @@ class Fitting:
     def each(self, rows: Iterable[Formula]) -> Iterator[Formula]:
         """Return formulas, and others in place of those of which a side is too long."""
         for row in rows:
-            sides = (n.radicand if isinstance(n, DisplayRoot) else n for n in row.chain)
-            widest = max(map(self._room, sides), default=0)
-            is_long = widest > _WIDEST_SIDE * self.columns
-            yield from row.otherwise if row.otherwise and is_long else (row,)
+            yield from row.otherwise if row.otherwise and self._is_long(row) else (row,)
+
+    def _is_long(self, row: Formula) -> bool:
+        """Say whether a side of a formula, or what a root is of, takes most of a line."""
+        sides = (n.radicand if isinstance(n, DisplayRoot) else n for n in row.chain)
+        return max(map(self._room, sides), default=0) > _WIDEST_SIDE * self.columns
 
     def _room(self, node: DisplayNode) -> float:
         """Return columns of half an em that an expression takes."""
@@ -157,7 +159,8 @@ class Fitting:
 
     def _matrices(self, matrices: Sequence[Matrix]) -> Iterator[PlainBlock]:
         written = [self._matrix(matrix) for matrix in matrices]
-        yield formulas((row for rows in written for row in rows), result=True)
+        if any(written):
+            yield formulas((row for rows in written for row in rows), result=True)
         remarks = [too_large(m) for m, rows in zip(matrices, written, strict=True) if not rows]
         if remarks:
             yield Paragraph(" ".join(map(self.lettering.text, remarks)))

@@ -8,7 +8,6 @@ from lagrange_cli.notation.vocabulary import Vocabulary, latex_overrides, with_s
 from lagrange_cli.report.contents.analysis.wording import inlined, phrased, sentence
 from lagrange_cli.report.contents.forms.writer import with_momenta
 from lagrange_cli.report.inlines import (
-    Expression,
     Inline,
     Label,
     Sentence,
@@ -44,17 +43,15 @@ def contacts_section(losses: ContactLosses | None, writer: DocumentWriter) -> Se
     if losses is None:
         return None
     rows = [
-        Formula(Expression(writer.tree(loss.multiplier)), (writer.tree(loss.force),))
+        Formula(writer.formula(loss.multiplier), (writer.tree(loss.force),))
         for loss in losses.contacts
     ]
     lost = [
-        (Inline(Expression(writer.tree(loss.multiplier))), _lost(loss, losses, writer))
+        (Inline(writer.formula(loss.multiplier)), _lost(loss, losses, writer))
         for loss in losses.contacts
     ]
     scope = say("{text}:" if rows else "{text}.", text=opened(_scope(losses)))
-    start = inlined(
-        Expression(writer.tree(c.symbol)) + " = " + numeral(c.value) for c in losses.constants
-    )
+    start = inlined(writer.formula(c.symbol) + " = " + numeral(c.value) for c in losses.constants)
     return section(
         say("Loss of contact"),
         Paragraph(scope),
@@ -96,11 +93,11 @@ def _lost(loss: ContactLoss, losses: ContactLosses, writer: DocumentWriter) -> S
 
 
 def _condition(zero: Zero, writer: DocumentWriter) -> Written:
-    chain: list[Label] = [Expression(writer.tree(side)) for side in (zero.left, zero.right)]
+    chain: list[Label] = [writer.formula(side) for side in (zero.left, zero.right)]
     if zero.number is not None and not zero.right.is_Rational:
         chain.append(numeral(zero.number))
     place = Inline(joined(" = ", chain))
     if zero.angle is None:
         return place
-    angle = Inline(joined(" = ", (Expression(writer.tree(side)) for side in zero.angle)))
+    angle = Inline(joined(" = ", (writer.formula(side) for side in zero.angle)))
     return say("{first}, that is {second}", first=place, second=angle)

@@ -185,7 +185,7 @@ class Places:
 
     def letter(self, symbol: Symbol) -> Label:
         """Return the symbol of a momentum or rate."""
-        return Expression(self.writer.tree(symbol))
+        return self.writer.formula(symbol)
 
     def near(self, at: NearBalance) -> Text:
         """Say near which position numbers balance without a proof."""
@@ -211,9 +211,9 @@ class Places:
         signs: dict[str, Label | str] = {"<=": " " + AT_MOST + " ", "=": " = ", "<": " < "}
         if not conditions:
             return ""
-        sides = (map(self.writer.tree, (c.smaller, c.larger)) for c in conditions)
+        sides = (map(self.writer.formula, (c.smaller, c.larger)) for c in conditions)
         listed = zip(conditions, sides, strict=True)
-        return enumerated([joined(signs[c.relation], map(Expression, pair)) for c, pair in listed])
+        return enumerated([joined(signs[c.relation], pair) for c, pair in listed])
 
 
 def _has_one_number(exact: Expr | None, free: Sequence[str]) -> bool:
