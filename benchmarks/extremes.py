@@ -21,8 +21,11 @@ from pathlib import Path
 from typing import Any
 
 from lagrange_cli.files import read_bytes
-from lagrange_cli.report.contents.stress import sentence, setting
+from lagrange_cli.report.contents.stress import outcomes_counted, setting
+from lagrange_cli.report.inlines import Lettering
+from lagrange_cli.report.phrases.language import ENGLISH
 from lagrange_cli.report.values.studies import STRESS
+from lagrange_cli.report.writers.terminal.letters import UnicodeLetters
 from lagrange_cli.scene import SceneText
 from lagrange_cli.simulate.cluster.tasks import Cluster, connected
 from lagrange_cli.simulate.ensemble.plan.recipe import Recipe
@@ -171,6 +174,11 @@ def counts_of_cases(results: Sequence[Any]) -> dict[str, int]:
     return {"runs": len(results), **found, "unchecked": 0, "underestimated": below}
 
 
+def counted_outcomes(counts: dict[str, int]) -> str:
+    """Sum up the outcomes of runs in one sentence."""
+    return Lettering(UnicodeLetters(), ENGLISH).text(outcomes_counted(counts))
+
+
 def added(counts: Iterable[dict[str, int]]) -> dict[str, int]:
     total: Counter[str] = Counter()
     for one in counts:
@@ -220,10 +228,10 @@ def page(results: Sequence[Any], found: Sequence[Stress], budget: float, digits:
     of_scenes = added(one.counts for one in found)
     machine = f"{platform.machine()}, Python {platform.python_version()}"
     parts = [
-        HEAD.format(total=sentence(added([of_cases, of_scenes])), machine=machine),
-        CASES_HEAD.format(said=sentence(of_cases), digits=digits),
+        HEAD.format(total=counted_outcomes(added([of_cases, of_scenes])), machine=machine),
+        CASES_HEAD.format(said=counted_outcomes(of_cases), digits=digits),
         *(case_row(result) + "\n" for result in results),
-        STRESS_HEAD.format(said=sentence(of_scenes), budget=budget),
+        STRESS_HEAD.format(said=counted_outcomes(of_scenes), budget=budget),
         *(scene_row(one) + "\n" for one in found),
         AXES_HEAD,
         *(row + "\n" for row in axis_rows(runs)),
@@ -245,7 +253,7 @@ def stressed(
     recipe = Recipe(SceneText(str(path), read_bytes(str(path))))
     found = stress(recipe, axes=axes, budget=budget, jobs=jobs, cluster=cluster)
     spent = time.perf_counter() - started
-    print(f"{scene}: {sentence(found.counts)} ({spent:.0f} s)", file=sys.stderr)
+    print(f"{scene}: {counted_outcomes(found.counts)} ({spent:.0f} s)", file=sys.stderr)
     return found
 
 

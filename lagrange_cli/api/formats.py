@@ -1,7 +1,16 @@
 """Formats that derivations and analyses are written in, each with its options."""
 
 from lagrange_cli.api.emitters import DERIVED, EMITTERS
-from lagrange_cli.emit.base import Emitter, Option, completed
+from lagrange_cli.emit.base import Emitter, FormatList, Option, completed
 from lagrange_cli.report.document_options import ANALYZED, FORMS
 
-__all__ = ["ANALYZED", "DERIVED", "EMITTERS", "FORMS", "Emitter", "Option", "completed"]
+__all__ = [
+    "ANALYZED",
+    "DERIVED",
+    "EMITTERS",
+    "FORMS",
+    "Emitter",
+    "FormatList",
+    "Option",
+    "completed",
+]

@@ -7,7 +7,7 @@ import importlib.util
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
@@ -15,6 +15,8 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, is_address
+from lagrange_cli.report.formats import FORMATS, ReportForm
+from lagrange_cli.report.phrases.language import LANGUAGES
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Way
@@ -229,6 +231,40 @@ def cores() -> int:
 
     of_process = getattr(os, "sched_getaffinity", None)
     return len(of_process(0)) if of_process else os.cpu_count() or 1
+
+
+def report_form(function: _Command) -> _Command:
+    """``--format``, ``--language`` and ``--json``, which the command takes as one ``form``."""
+    options = in_order(
+        (
+            click.option(
+                "--format",
+                "format_",
+                type=click.Choice(FORMATS),
+                default="text",
+                show_default=True,
+                metavar="FORMAT",
+                help=f"{', '.join(FORMATS)}.",
+            ),
+            click.option(
+                "--language",
+                type=click.Choice(LANGUAGES),
+                help="The language of the report.  [default: en]",
+            ),
+            json_flag("The same as --format json."),
+        )
+    )
+
+    @functools.wraps(function)
+    def with_form(*args: Any, **values: Any) -> Any:
+        as_json, written = values.pop("as_json"), values.pop("format_")
+        chosen = values.pop("language")
+        format_ = "json" if as_json else written
+        if chosen is not None and format_ == "json":
+            raise click.UsageError("--language: JSON is the same in every language")
+        return function(*args, form=ReportForm(format_, chosen or "en"), **values)
+
+    return cast(_Command, options(with_form))
 
 
 def json_flag(help: str) -> Callable[[_Command], _Command]:

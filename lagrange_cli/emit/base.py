@@ -169,6 +169,13 @@ class Emitter:
         return completed(self.name, self.options, chosen)
 
 
+@dataclass(frozen=True, slots=True)
+class FormatList:
+    """Output formats by name, as a value that is reported."""
+
+    emitters: Mapping[str, Emitter]
+
+
 def completed(
     format_: str, options: tuple[Option, ...], chosen: Mapping[str, OptionValue]
 ) -> dict[str, OptionValue]:

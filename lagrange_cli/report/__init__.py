@@ -17,5 +17,6 @@ __all__ = [
     "Role",
     "contents",
     "document_options",
+    "formats",
     "tables",
 ]

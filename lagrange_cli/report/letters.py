@@ -124,8 +124,12 @@ class Letters(ABC):
         """Return a unit, within a sentence."""
 
     @abstractmethod
+    def digits(self, text: str) -> str:
+        """Return a number in decimals, with all of its digits."""
+
     def value(self, number: float, literal: str | None = None) -> str:
         """Return a value, as the scene wrote it if that is known."""
+        return self.digits((repr(number) if literal is None else literal).removesuffix(".0"))
 
     @abstractmethod
     def bold(self, letter: str, order: int = 0) -> str:

@@ -25,16 +25,19 @@ class TableColumn:
         ``<`` for words, ``>`` for numbers.
     before
         The text between it and the column on its left.
+    least
+        Fewest characters beside those of its longest cell.
     """
 
     heading: str = ""
     width: int | None = None
     align: Literal["<", ">"] = "<"
     before: str = "  "
+    least: int = 0
 
     def fitted(self, cells: Iterable[str]) -> int:
         """Return the width for cells of this column."""
-        return max(map(len, cells), default=0) if self.width is None else self.width
+        return max(self.least, *map(len, cells)) if self.width is None else self.width
 
 
 def table(
@@ -85,18 +88,21 @@ def _row(
     return Row(name, lead + last[:blanks], words(last[blanks:]), role)
 
 
-def labelled(*rows: tuple[str, str], width: int = 9) -> list[Row]:
-    """Write ``label  text`` a line, the texts under each other if labels fit the width."""
+def labelled(*rows: tuple[str, str], indent: int = 0) -> list[Row]:
+    """Write ``label  text`` a line, the texts under each other; labels are names if indented."""
+    width = max(len(label) for label, _ in rows) + 2
+    role: Role = "name" if indent else "heading"
     return [
-        Row(label, " " * (max(width - len(label), 0) + 2), words(text), "heading")
+        Row(" " * indent + label, " " * (width - len(label)), words(text), role)
         for label, text in rows
     ]
 
 
 def sentence_row(text: str, role: Role = "") -> Row:
     """Write a sentence, whose first word has a role."""
-    first, blank, remainder = text.partition(" ")
-    return Row(first, blank, words(remainder), role)
+    first, _, remainder = text.partition(" ")
+    body = remainder.lstrip()
+    return Row(first, " " * (len(text) - len(first) - len(body)), words(body), role)
 
 
 def json_text(value: Any, *, ascii: bool = False) -> str:

@@ -6,10 +6,11 @@ print them. Where a text stands in place of words, it is in the letters of its f
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Generic, Literal, TypeAlias, TypeVar
 
+from lagrange_cli.notation.page import Role
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.inlines import Listed, Text, Written, in_parentheses, say
 
@@ -31,11 +32,18 @@ class Visible:
     only: Medium | None = None
 
 
+_Value = TypeVar("_Value")
+
+
 @dataclass(frozen=True)
 class Paragraph(Visible):
-    """A paragraph."""
+    """A paragraph.
+
+    ``role``: that of its first word, where a format has colours.
+    """
 
     text: Text
+    role: Role = ""
 
 
 @dataclass(frozen=True)
@@ -121,18 +129,44 @@ class Table(Visible):
         The head of the column that may hold sentences.
     numeric
         The heads of columns of numbers, which end below each other.
+    digits
+        Characters of the longest number that such a column may hold: tables below each other are
+        aligned in formats of one width.
     """
 
     heads: tuple[Text, ...]
     rows: tuple[tuple[Text, ...], ...]
     prose: Text = ""
     numeric: frozenset[Text] = frozenset()
+    digits: int = 0
 
     def without_empty_columns(self) -> Table:
         """Return the columns in which something stands."""
         used = [i for i in range(len(self.heads)) if any(row[i] for row in self.rows)]
         picked = [tuple(row[i] for i in used) for row in (self.heads, *self.rows)]
         return replace(self, heads=picked[0], rows=tuple(picked[1:]))
+
+
+@dataclass(frozen=True)
+class Column(Generic[_Value]):
+    """A column of a table: its head, the cell of a value, and whether these are numbers."""
+
+    head: Text
+    cell: Callable[[_Value], Text]
+    is_numeric: bool = False
+
+
+def table_of(
+    values: Iterable[_Value], *columns: Column[_Value], prose: Text = "", digits: int = 0
+) -> Table:
+    """Return a table with a row for each value."""
+    return Table(
+        tuple(column.head for column in columns),
+        tuple(tuple(column.cell(value) for column in columns) for value in values),
+        prose,
+        frozenset(column.head for column in columns if column.is_numeric),
+        digits,
+    )
 
 
 @dataclass(frozen=True)
@@ -302,7 +336,7 @@ class Section:
     Attributes
     ----------
     heading
-        What stands above it.
+        What stands above it; empty for nothing.
     blocks
         What stands below it.
     name
@@ -344,6 +378,36 @@ def seen(sections: Iterable[Section], medium: Medium) -> list[Section]:
     """Return the sections that hold anything for some readers, with what is for them."""
     shown = (section.seen_by(medium) for section in sections)
     return [s for s in shown if s.blocks or (s.lead and medium == "terminal")]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A whole report.
+
+    Attributes
+    ----------
+    name
+        Name of the scene.
+    about
+        The subject, in English for a comment.
+    title
+        What stands above all; empty for nothing.
+    sections
+        The sections.
+    description
+        The scene's own words about itself.
+    """
+
+    name: str
+    about: str
+    title: Text
+    sections: tuple[Section, ...]
+    description: Text = ""
+
+
+def sections(*written: Section | None) -> tuple[Section, ...]:
+    """Return the sections that there are."""
+    return tuple(one for one in written if one is not None)
 
 
 def section(

@@ -12,7 +12,8 @@ from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
 from lagrange_cli.errors import Mark, Problem, escape_controls
 from lagrange_cli.notation.page import UNBROKEN
-from lagrange_cli.report.contents.check import FORMATS, check_text, github, junit
+from lagrange_cli.report.contents.check import github_annotations, junit_xml
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.values.check import CHECK
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
@@ -39,7 +40,7 @@ def test_exit_code(scenes, code):
 
 
 def as_text(report):
-    return check_text(report).text(UNBROKEN)
+    return ReportForm().written(report).text(UNBROKEN)
 
 
 def test_text_shows_the_place_and_what_was_found():
@@ -77,7 +78,7 @@ def test_json_is_the_contract():
 
 
 def test_github_annotations():
-    lines = github(Report((FAILED, INVALID))).splitlines()
+    lines = github_annotations(Report((FAILED, INVALID))).splitlines()
     assert lines == [
         "::error file=dir/a.yaml,line=3,col=7,title=fail%3A dof::expected dof 2, found 1%0AK = 2",
         "::error file=c.yaml,title=invalid%3A yaml::empty",
@@ -89,7 +90,7 @@ def test_github_annotations():
 @given(st.text(), st.text(), st.text())
 def test_github_annotations_stay_on_one_line_each(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
-    lines = github(Report((scene,))).replace("\r", "\n").split("\n")
+    lines = github_annotations(Report((scene,))).replace("\r", "\n").split("\n")
     assert [line.startswith("::") for line in lines] == [True, False, False]
     properties = lines[0].split("::")[1]
     assert properties.count(",") == 1
@@ -100,7 +101,7 @@ def test_github_annotations_stay_on_one_line_each(path, message, hint):
 @example("a\x07b", "\x1b[31m\n::error::bar", "\u202e\u2028\x9b2J")
 def test_no_report_steers_a_terminal(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
-    for form in (as_text, github):
+    for form in (as_text, github_annotations):
         shown = form(Report((scene,)))
         assert escape_controls(shown.replace("\n", "")) == shown.replace("\n", "")
 
@@ -123,7 +124,7 @@ def test_a_scene_of_control_characters_is_annotated_in_plain_text(tmp_path, caps
 @example("\ufffe", "\uffff", "\x00]]>")
 def test_junit_is_xml_whatever_the_text(path, message, hint):
     scene = SceneReport(path, "fail", 0.0, (Problem(message, None, hint, "x"),))
-    root = ElementTree.fromstring(junit(Report((scene, PASSED, CRASHED, INVALID))))
+    root = ElementTree.fromstring(junit_xml(Report((scene, PASSED, CRASHED, INVALID))))
     (suite,) = root
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("4", "1", "2")
     assert [len(case) for case in suite] == [1, 0, 1, 1]
@@ -131,7 +132,9 @@ def test_junit_is_xml_whatever_the_text(path, message, hint):
     assert suite[2][0].tag == "error"
 
 
-@pytest.mark.parametrize("name", FORMATS)
-def test_every_format_of_an_empty_report_is_text(name):
-    written = FORMATS[name](Report(()))
+@pytest.mark.parametrize(
+    "write", [ReportForm().written, ReportForm("json").written, github_annotations, junit_xml]
+)
+def test_every_format_of_an_empty_report_is_text(write):
+    written = write(Report(()))
     assert (written if isinstance(written, str) else written.text()).endswith("\n")

@@ -12,7 +12,7 @@ import pytest
 
 from lagrange_cli.api import load
 from lagrange_cli.cli.options import FORMULATIONS
-from lagrange_cli.report.contents.simulate import FORMATS
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.values.simulation import Simulated
 from lagrange_cli.scene.conditions import Formulation
 from tests.cli.terminal import lagrange, succeed
@@ -145,6 +145,6 @@ def test_form_is_told_where_it_is_another_one():
     model = derivation.model()
     run = derivation.simulate(until=0.1)
     told = replace(run, remarks=("something else",))
-    assert "\nForm " not in FORMATS["text"](Simulated(model, told)).text()
+    assert "\nForm " not in ReportForm().written(Simulated(model, told)).text()
     gone_on = replace(told, formulation="multiplier")
-    assert "\nForm      multiplier\n" in FORMATS["text"](Simulated(model, gone_on)).text()
+    assert "\nForm      multiplier\n" in ReportForm().written(Simulated(model, gone_on)).text()

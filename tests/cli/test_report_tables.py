@@ -44,9 +44,10 @@ def test_columns_begin_at_one_place(rows):
         assert line[third:] == why
 
 
-def test_labels_wider_than_their_column():
+def test_texts_stand_behind_the_widest_label():
     rows = [("Code", "C"), ("Constraints", "1e-9")]
-    assert lines(labelled(*rows, width=8)) == ["Code      C", "Constraints  1e-9"]
+    assert lines(labelled(*rows)) == ["Code         C", "Constraints  1e-9"]
+    assert lines(labelled(*rows, indent=2)) == ["  Code         C", "  Constraints  1e-9"]
 
 
 def test_last_cells_and_texts_are_broken_where_a_window_ends():
@@ -56,10 +57,10 @@ def test_last_cells_and_texts_are_broken_where_a_window_ends():
         "  top       3  it spins longer",
         "               than it swings",
     ]
-    assert lines(labelled(("Code", "compiled C, stepped by SciPy"), width=5), 20) == [
-        "Code   compiled C,",
-        "       stepped by",
-        "       SciPy",
+    assert lines(labelled(("Code", "compiled C, stepped by SciPy")), 20) == [
+        "Code  compiled C,",
+        "      stepped by",
+        "      SciPy",
     ]
     assert lines([sentence_row("top: two runs of one")], 14) == ["top: two runs", "     of one"]
 

@@ -69,7 +69,8 @@ def test_text_has_table_picture_and_recommendation_and_files_are_written(tmp_pat
     assert "Reference  " in shown
     assert "rtol 1e-06" in shown
     assert "\n  a DOP853  b RK4\n" in shown
-    assert "Recommended\n  1e-03  --method" in shown
+    assert "Recommended\n  accuracy  options " in shown
+    assert "\n     1e-03  --method" in shown
     assert "--accuracy 1e-09" in shown
     assert "\x1b" not in shown
     assert json.loads(report.read_text())["name"] == "pendulum"

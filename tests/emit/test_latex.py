@@ -337,6 +337,6 @@ def test_units_are_upright(text, latex):
 
 
 def test_values():
-    assert letters.value_latex(2.0) == "2"
-    assert letters.value_latex(-1e-31) == "-10^{-31}"
-    assert letters.value_latex(9.81, "9.810") == "9.810"
+    assert letters.LatexLetters().value(2.0) == "2"
+    assert letters.LatexLetters().value(-1e-31) == "-10^{-31}"
+    assert letters.LatexLetters().value(9.81, "9.810") == "9.810"

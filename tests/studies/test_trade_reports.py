@@ -14,10 +14,8 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.notation.page import UNBROKEN
 from lagrange_cli.pictures import picture_of
 from lagrange_cli.pictures.drawing import drawn
-from lagrange_cli.report.contents.tradeoff import (
-    character_plot,
-    tradeoff_text,
-)
+from lagrange_cli.report.contents.tradeoff import character_plot
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.values.studies import TRADE, options_of
 from lagrange_cli.simulate import simulate
 from lagrange_cli.studies.tradeoff.runs import Setting
@@ -56,24 +54,25 @@ def test_recommended_options_run_the_same(oscillator, traded):
 
 
 def test_text_has_every_run_and_what_follows(traded):
-    shown = tradeoff_text(traded).text(UNBROKEN)
+    shown = ReportForm().written(traded).text(UNBROKEN)
     rows = [line for line in shown.splitlines() if line.startswith("  DOP853 ")]
     assert len(rows) == sum(p.setting.method == "DOP853" for p in traded.points)
-    assert "Recommended\n  1e-03  --method" in shown
+    assert "Recommended\n  accuracy  options " in shown
+    assert "\n     1e-03  --method" in shown
     assert "--accuracy 1e-06" in shown
     assert shown.isascii()
 
 
 def test_runs_that_fail_alike_are_one_row(traded):
     points = [made(None, reason="no", setting=Setting("RK4", step=h)) for h in (0.2, 0.1, 0.05)]
-    shown = tradeoff_text(replace(traded, points=tuple(points), automatic=())).text(UNBROKEN)
-    assert "step 0.2       failed, with 2 finer ones, after 300 evaluations: no" in shown
+    shown = ReportForm().written(replace(traded, points=tuple(points), automatic=())).text(UNBROKEN)
+    assert "RK4, step 0.2  failed, with 2 finer ones, after 300 evaluations: no" in shown
     assert "Recommended  nothing" in shown
     assert "no run to draw" in shown
 
 
 def test_auto_alone_has_no_table(traded):
-    shown = tradeoff_text(replace(traded, points=())).text(UNBROKEN)
+    shown = ReportForm().written(replace(traded, points=())).text(UNBROKEN)
     assert "Recommended" not in shown
     assert "--accuracy 1e-06" in shown
 
@@ -87,17 +86,17 @@ def test_the_picture_of_characters_has_each_run_at_its_place():
         made(None),
     ]
     lines = character_plot(points, 41, 7)
-    picture = [line[8:].ljust(41) for line in lines[1:8]]
+    picture = [line[8:].ljust(41) for line in lines[:7]]
     assert (picture[0][0], picture[6][40], picture[0][40]) == ("A", "A", "b")
     assert sum(c != " " for row in picture for c in row) == 3
-    assert lines[1].startswith(" 1e-02 |")
-    assert lines[7].startswith(" 1e-08 |")
-    assert lines[9].split() == ["1e-03", "1e-01", "s"]
-    assert lines[10].split() == ["a", "DOP853", "b", "RK4"]
+    assert lines[0].startswith(" 1e-02 |")
+    assert lines[6].startswith(" 1e-08 |")
+    assert lines[8].split() == ["1e-03", "1e-01", "s"]
+    assert lines[9].split() == ["a", "DOP853", "b", "RK4"]
 
 
 def test_one_run_makes_a_picture_too():
-    assert any("A" in line for line in character_plot([made(1e-3, 1e-3, pareto=True)])[1:-1])
+    assert any("A" in line for line in character_plot([made(1e-3, 1e-3, pareto=True)])[:-1])
 
 
 @given(st.lists(st.tuples(st.floats(0, 1e300), st.floats(1e-9, 1e6)), max_size=6))

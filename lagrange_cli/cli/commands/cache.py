@@ -8,9 +8,10 @@ from lagrange_cli.api import Cache, Removed
 from lagrange_cli.cli import options
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
-from lagrange_cli.cli.terminal.output import print_text
+from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.report.contents.listings import CACHE_FORMATS, file_count
+from lagrange_cli.report.formats import ReportForm
+from lagrange_cli.report.values.check import CacheView
 
 
 def _cleared(cache: Cache) -> Removed:
@@ -25,17 +26,19 @@ def _cleared(cache: Cache) -> Removed:
         raise InputError(Problem(f"there is no cache to clear: {cache.reason}", rule="cache"))
     removed = cache.clear()
     if removed.failures:
-        stuck = f"{file_count(removed.failures)} in '{cache.folder}' cannot be removed"
+        number = removed.failures
+        files = "1 file" if number == 1 else f"{number} files"
+        stuck = f"{files} in '{cache.folder}' cannot be removed"
         raise InputError(Problem(stuck, rule="cache"))
     return removed
 
 
 @click.command(cls=Command)
 @click.option("--clear", is_flag=True, help="Remove all that is kept.")
-@options.json_flag("Report as JSON.")
+@options.report_form
 @options.traceback
 @click.pass_obj
-def cache(session: Session, clear: bool, as_json: bool) -> None:
+def cache(session: Session, clear: bool, form: ReportForm) -> None:
     """Show, or remove, the results kept from earlier runs, which answer the same question again.
 
     They are kept in $XDG_CACHE_HOME/lagrange, else in ~/.cache/lagrange. The
@@ -43,5 +46,4 @@ def cache(session: Session, clear: bool, as_json: bool) -> None:
     """
     opened = session.cache
     removed = _cleared(opened) if clear else None
-    format_ = "json" if as_json else "text"
-    print_text(CACHE_FORMATS[format_](opened, removed), format_)
+    print_report(CacheView(opened, opened.entries(), removed), form)

@@ -13,8 +13,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import deliver
 from lagrange_cli.files import write_file
-from lagrange_cli.report.contents.check import FORMATS
-from lagrange_cli.report.contents.check import junit as junit_xml
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def _checked(
 @click.option(
     "--format",
     "format_",
-    type=click.Choice(list(FORMATS)),
+    type=click.Choice(["text", "github", "json"]),
     default="text",
     show_default=True,
     help="The format of the report: for a person, GitHub annotations, JSON.",
@@ -101,8 +100,13 @@ def check(
     session = ctx.ensure_object(Session)
     outputs = {"-o": output, "--junit": junit}
     report = _checked(session, paths, parameters, outputs, jobs, scheduler)
+    from lagrange_cli.report.contents.check import github_annotations, junit_xml
+
     format_ = "json" if as_json else format_
-    deliver(FORMATS[format_](report), format_, output)
+    written = (
+        github_annotations(report) if format_ == "github" else ReportForm(format_).written(report)
+    )
+    deliver(written, format_, output)
     if junit is not None:
         write_file(junit, junit_xml(report))
     if session.traceback:

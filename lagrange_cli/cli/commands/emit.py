@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.api.formats import EMITTERS, Emitter
+from lagrange_cli.api.formats import EMITTERS, Emitter, FormatList
 from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard_folder
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
-from lagrange_cli.cli.terminal.output import print_text
+from lagrange_cli.cli.terminal.output import print_report, print_text
 from lagrange_cli.files import write_files
-from lagrange_cli.report.contents.listings import listed_formats
+from lagrange_cli.report.formats import ReportForm
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation, Formulation, Way
@@ -26,7 +26,7 @@ def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
     """Print the formats and stop."""
     if not value or ctx.resilient_parsing:
         return
-    print_text(listed_formats(EMITTERS))
+    print_report(FormatList(EMITTERS), ReportForm())
     ctx.exit()
 
 

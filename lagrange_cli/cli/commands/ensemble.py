@@ -16,6 +16,7 @@ from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.report.formats import ReportForm
 
 #: Arguments of the command that are passed on to :func:`member_choice` as they are.
 MEMBER_OPTIONS = (
@@ -86,15 +87,14 @@ ensemble_options = shared.in_order(
         click.option(
             "--final",
             is_flag=True,
-            help="Keep only the end of each member.  [default: beyond "
-            f"{MOST_WITH_SAMPLES:,} members]",
+            help=f"Keep the ends alone.  [default: beyond {MOST_WITH_SAMPLES:,} members]",
         ),
         click.option(
             "--columns",
             "kept_columns",
             callback=_columns,
             metavar="NAMES",
-            help="Keep only these columns of each member.  [default: all]",
+            help="Keep only these columns of each.  [default: all]",
         ),
         click.option(
             "--reduce",
@@ -194,7 +194,7 @@ def _usage(message: str, hint: str = "") -> InputError:
 
 
 def simulate_ensemble(
-    session: Session, choice: MemberChoice, asked: SimulationRequest, *, as_json: bool
+    session: Session, choice: MemberChoice, asked: SimulationRequest, form: ReportForm
 ) -> int:
     """Run all members and report them; return the exit code.
 
@@ -204,7 +204,6 @@ def simulate_ensemble(
         The scene, the members or the options are wrong, or the cluster.
     """
     from lagrange_cli.api.ensembles import planned
-    from lagrange_cli.report.contents.ensemble import FORMATS
     from lagrange_cli.report.values.simulation import SimulatedMembers
 
     with engines.cluster(session, choice.scheduler, choice.jobs) as cluster:
@@ -223,7 +222,7 @@ def simulate_ensemble(
             store.complete(ensemble.times)
         seconds = {"derive": begun - started, "integrate": perf_counter() - begun}
         report = SimulatedMembers(ensemble.plan, ensemble.members, store, asked.output, seconds)
-        print_report(report, FORMATS, as_json=as_json)
+        print_report(report, form)
         if complete:
             ensemble.draw(store)
             return 0 if set(report.counts()) == {"ok"} else 1

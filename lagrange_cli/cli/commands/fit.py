@@ -13,10 +13,10 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.report.contents.fit import FORMATS
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Formulation
+    from lagrange_cli.report.formats import ReportForm
 
 
 @click.command(cls=Command)
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     "Draw measurements, the fitted motion and what is left, as .pdf, .svg, .png, .pgf or .tex.",
     "tex",
 )
-@options.json_flag("Report as JSON.")
+@options.report_form
 @options.common
 @click.pass_context
 def fit(
@@ -54,7 +54,7 @@ def fit(
     initial: dict[str, str],
     output: str | None,
     plot: str | None,
-    as_json: bool,
+    form: ReportForm,
 ) -> int:
     """Fit SCENE, a YAML file or - for standard input, to the measurements in DATA, a CSV file.
 
@@ -69,7 +69,7 @@ def fit(
     derivation = asked.derivation()
     with session.progress("fitting") as move:
         fitted = derivation.fit(data, free, accuracy=accuracy, progress=move)
-    print_report(fitted, FORMATS, as_json=as_json, output=output)
+    print_report(fitted, form, output)
     if plot is not None:
         fitted.plot(plot)
     return fitted.exit_code

@@ -12,7 +12,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.files import ending_of
-from lagrange_cli.report.contents.path import FORMATS
+from lagrange_cli.report.formats import ReportForm
 
 
 @click.command(cls=Command)
@@ -67,7 +67,7 @@ from lagrange_cli.report.contents.path import FORMATS
     " .pdf, .svg, .png or .pgf, by matplotlib, or as .tex for pgfplots.",
     "tex",
 )
-@options.json_flag("Report as JSON.")
+@options.report_form
 @options.common
 @click.pass_context
 def path(
@@ -83,7 +83,7 @@ def path(
     parameters: dict[str, str],
     output: str | None,
     plot: str | None,
-    as_json: bool,
+    form: ReportForm,
 ) -> None:
     """Find the paths of SCENE, a YAML file or - for standard input, that make the action
     stationary between two configurations at two times, and certify them by simulation."""
@@ -104,7 +104,7 @@ def path(
     report_file = output if output is not None and ending_of(output) == ".json" else None
     if output is not None and report_file is None:
         paths.write(output)
-    print_report(paths, FORMATS, as_json=as_json, output=report_file)
+    print_report(paths, form, report_file)
     if plot is not None:
         paths.plot(plot)
     ctx.exit(paths.exit_code)

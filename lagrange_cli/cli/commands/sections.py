@@ -16,6 +16,7 @@ from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Section
+    from lagrange_cli.report.formats import ReportForm
 
 
 def require_fit(
@@ -55,8 +56,7 @@ def find_section(
     text: str,
     choice: MemberChoice | None,
     asked: SimulationRequest,
-    *,
-    as_json: bool,
+    form: ReportForm,
 ) -> int:
     """Find a section and report it; return the exit code.
 
@@ -65,7 +65,7 @@ def find_section(
     InputError
         The scene, the condition, the members or the options are wrong.
     """
-    from lagrange_cli.report.contents.section import FORMATS, FoundSection
+    from lagrange_cli.report.contents.section import FoundSection
 
     search, code = asked.section(text), 0
     if choice is None:
@@ -77,7 +77,7 @@ def find_section(
     session.explain_code()
     if asked.output is not None:
         section.write(asked.output, asked.columns)
-    print_report(FoundSection(section, asked.columns), FORMATS, as_json=as_json)
+    print_report(FoundSection(section, asked.columns), form)
     if asked.plot is not None:
         section.plot(asked.plot, asked.plot_of)
     for number, points in enumerate(section.members):

@@ -24,7 +24,6 @@ from lagrange_cli.cli.terminal.interrupts import Interrupts, OverdueError, noted
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, sole_writer
-from lagrange_cli.report.contents.simulate import FORMATS
 from lagrange_cli.report.values.simulation import Simulated
 from lagrange_cli.stages import Listener, heard_by
 
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lagrange_cli.api import Checkpoint, Formulation, Model, Trajectory
+    from lagrange_cli.report.formats import ReportForm
 
 #: A plain number.
 _DECIMAL = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,3})?", re.ASCII)
@@ -93,7 +93,7 @@ def _further_columns(
 @options.number(
     "--rtol", "X", "Relative tolerance of a step, with --method.  [default: the scene's]"
 )
-@options.number("--atol", "X", "Absolute tolerance, likewise.  [default: rtol/100 of each scale]")
+@options.number("--atol", "X", "Absolute tolerance.  [default: rtol/100 of each scale]")
 @options.number(
     "--step",
     "H",
@@ -135,7 +135,7 @@ def _further_columns(
     metavar="CONDITION",
     help="Points of a Poincaré section in place of samples, as 'x=0, dot(x)>0'.",
 )
-@options.json_flag("Report as JSON.")
+@options.report_form
 @heading("Pictures")
 @options.plot("Draw the motion, as .pdf, .svg, .png, .pgf or .tex.", "tex")
 @click.option(
@@ -155,7 +155,7 @@ def _further_columns(
     is_flag=False,
     flag_value="",
     metavar="[FILE]",
-    help="Go on from the FILE of --checkpoint, or with the many runs of -o.",
+    help="Go on from FILE of --checkpoint, or with the runs of -o.",
 )
 @options.common
 @click.pass_context
@@ -174,7 +174,7 @@ def simulate(
     plot: str | None,
     plot_of: str | None,
     section: str | None,
-    as_json: bool,
+    form: ReportForm,
     checkpoint: str | None,
     resume: str | None,
     member_file: str | None,
@@ -214,13 +214,13 @@ def simulate(
     asked = SimulationRequest(asked_scene, SimulationOptions(**chosen), *files)
     if section is not None:
         sections.require_fit(asked, members, resume, checkpoint)
-        ctx.exit(sections.find_section(session, section, members, asked, as_json=as_json))
+        ctx.exit(sections.find_section(session, section, members, asked, form))
     if members is not None:
         with sole_writer(output):
-            ctx.exit(ensemble.simulate_ensemble(session, members, asked, as_json=as_json))
+            ctx.exit(ensemble.simulate_ensemble(session, members, asked, form))
     with asked_scene.compilations_ahead():
         state_file = _checkpoint(checkpoint, resume)
-        ctx.exit(_simulate_one(session, asked, state_file, started, as_json=as_json))
+        ctx.exit(_simulate_one(session, asked, state_file, started, form))
 
 
 def _simulate_one(
@@ -228,8 +228,7 @@ def _simulate_one(
     asked: SimulationRequest,
     checkpoint: Checkpoint | None,
     started: float,
-    *,
-    as_json: bool,
+    form: ReportForm,
 ) -> int:
     """Simulate one motion and report it; return the exit code.
 
@@ -244,7 +243,7 @@ def _simulate_one(
         if asked.output is not None and trajectory.written is None:
             trajectory.write(asked.output, asked.columns)
         report = Simulated(model, trajectory, asked.columns, derive_seconds)
-        print_report(report, FORMATS, as_json=as_json)
+        print_report(report, form)
         if asked.plot is not None:
             trajectory.plot(asked.plot, asked.plot_of)
         if checkpoint is not None and trajectory.status != "stopped":

@@ -14,10 +14,10 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.report.contents.stress import FORMATS
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Formulation
+    from lagrange_cli.report.formats import ReportForm
 
 
 def _axes() -> Iterable[str]:
@@ -52,7 +52,7 @@ def _axes() -> Iterable[str]:
 @options.parameters
 @options.initial
 @options.report_path
-@options.json_flag("Report as JSON.")
+@options.report_form
 @options.common
 @click.pass_context
 def stress(
@@ -69,7 +69,7 @@ def stress(
     parameters: dict[str, str],
     initial: dict[str, str],
     output: str | None,
-    as_json: bool,
+    form: ReportForm,
 ) -> None:
     """Push the parameters and the start of SCENE, a YAML file or - for standard input, to
     extremes, and compare every result with a reference."""
@@ -91,5 +91,5 @@ def stress(
             cluster=cluster,
             progress=move,
         )
-    print_report(outcomes, FORMATS, as_json=as_json, output=output)
+    print_report(outcomes, form, output)
     ctx.exit(1 if outcomes.counts["wrong"] else 0)

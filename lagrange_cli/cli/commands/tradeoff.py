@@ -13,10 +13,10 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.report.contents.tradeoff import FORMATS
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Formulation
+    from lagrange_cli.report.formats import ReportForm
 
 
 @click.command(cls=Command)
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 @options.plot(
     "Draw seconds and right-hand sides over the error, as .pdf, .svg, .png, .pgf or .tex.", "tex"
 )
-@options.json_flag("Report as JSON.")
+@options.report_form
 @options.common
 @click.pass_context
 def tradeoff(
@@ -65,7 +65,7 @@ def tradeoff(
     initial: dict[str, str],
     output: str | None,
     plot: str | None,
-    as_json: bool,
+    form: ReportForm,
 ) -> None:
     """Run SCENE, a YAML file or - for standard input, with methods × tolerances, and compare
     their errors with what they cost."""
@@ -81,6 +81,6 @@ def tradeoff(
             model, methods=methods, repeat=repeat, budget=budget, progress=move
         )
     session.explain_code()
-    print_report(measured, FORMATS, as_json=as_json, output=output)
+    print_report(measured, form, output)
     if plot is not None:
         measured.plot(plot)

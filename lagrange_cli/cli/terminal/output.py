@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
-from typing import TextIO, TypeVar
+from typing import TextIO
 
 from lagrange_cli.cli.terminal.appearance import painter, window_width
 from lagrange_cli.cli.terminal.streams import results
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import can_encode, cannot_write, write_file
 from lagrange_cli.report import UNBROKEN, Page
-
-_Report = TypeVar("_Report")
+from lagrange_cli.report.formats import ReportForm
 
 #: Exit code that a shell reports for a process that SIGPIPE ended.
 _CLOSED_PIPE = 141
@@ -80,14 +78,8 @@ def deliver(content: str | Page, format_: str, path: str | None, *, width: int =
         write_file(path, content.text(width) if isinstance(content, Page) else content)
 
 
-def print_report(
-    report: _Report,
-    formats: Mapping[str, Callable[[_Report], str | Page]],
-    *,
-    as_json: bool,
-    output: str | None = None,
-) -> None:
-    """Print a report for a person or as JSON; write its JSON to ``output`` as well, if any.
+def print_report(value: object, form: ReportForm, output: str | None = None) -> None:
+    """Print the report of a value; write its JSON to ``output`` as well, if any.
 
     Raises
     ------
@@ -95,9 +87,8 @@ def print_report(
         The file or standard output cannot be written.
     """
     if output is not None:
-        deliver(formats["json"](report), "json", output)
-    format_ = "json" if as_json else "text"
-    print_text(formats[format_](report), format_)
+        deliver(ReportForm("json").written(value), "json", output)
+    print_text(form.written(value, page_encoding()), form.format)
 
 
 def _encodable(text: str, encoding: str, format_: str) -> str:

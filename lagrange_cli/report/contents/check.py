@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 from xml.etree import ElementTree
 
+from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.errors import Problem, escape_controls, render
-from lagrange_cli.notation.page import Page, Role, Row, page
-from lagrange_cli.report.tables import TableColumn, json_text, table
+from lagrange_cli.report.inlines import Listed, Plain
+from lagrange_cli.report.registry import contents_of, json_of
+from lagrange_cli.report.tree import Block, Document, Paragraph, Section, Verbatim
 from lagrange_cli.report.values.check import CHECK
 
-if TYPE_CHECKING:
-    from lagrange_cli.check import Report, SceneReport
-
-#: Outcome, path, seconds.
-_SCENE = (TableColumn("", 7, before=""), TableColumn(), TableColumn())
+json_of.register(Report, CHECK.write)
 
 
-def _scene_rows(scene: SceneReport) -> list[Row]:
-    """The lines for one scene: its outcome, and each problem with its place."""
-    row = [scene.outcome, escape_controls(scene.path), f"({scene.seconds:.2f} s)"]
-    role: Role = "good" if scene.outcome == "pass" else "bad"
-    lines = table(_SCENE, [row], heading=False, role=role)
-    problems = [line for problem in scene.problems for line in render(problem).splitlines()]
-    return lines + [Row("", f"  {line}") for line in problems]
+@contents_of.register
+def check_document(report: Report) -> Document:
+    """Return each scene with its outcome and its problems."""
+    blocks = [block for scene in report.scenes for block in _scene(scene)]
+    blocks.append(Paragraph(_total(report).rstrip(), "heading"))
+    return Document("check", "outcomes of checks", "", (Section("", tuple(blocks)),))
+
+
+def _scene(scene: SceneReport) -> Iterator[Block]:
+    """Return the outcome of a scene, and each problem with its place."""
+    seconds = f"({scene.seconds:.2f} s)"
+    outcome = Listed((f"{scene.outcome:7}", Plain(scene.path), seconds), between="  ")
+    yield Paragraph(outcome, "good" if scene.outcome == "pass" else "bad")
+    lines = [line for problem in scene.problems for line in render(problem).splitlines()]
+    if lines:
+        yield Verbatim(tuple(f"  {line}" for line in lines))
 
 
 def _total(report: Report) -> str:
@@ -32,12 +38,6 @@ def _total(report: Report) -> str:
     number = len(report.scenes)
     counts = ", ".join(f"{n} {outcome}" for outcome, n in report.summary.items() if n)
     return f"{number} {'scene' if number == 1 else 'scenes'}: {counts or 'nothing to check'}\n"
-
-
-def check_text(report: Report) -> Page:
-    """The report for a person."""
-    rows = [row for scene in report.scenes for row in _scene_rows(scene)]
-    return page([[*rows, Row("", _total(report).rstrip())]])
 
 
 def _escape(value: str, *more: tuple[str, str]) -> str:
@@ -63,10 +63,10 @@ def _annotation(scene: SceneReport, problem: Problem) -> str:
     return f"::error {properties}::{_escape(message)}"
 
 
-def github(report: Report) -> str:
-    """Annotations for a GitHub workflow, one a problem, and a line that counts."""
-    annotations = [_annotation(scene, p) for scene in report.scenes for p in scene.problems]
-    return "\n".join([*annotations, _total(report)])
+def github_annotations(report: Report) -> str:
+    """Return annotations for a GitHub workflow, one a problem, and a line that counts."""
+    written = [_annotation(scene, p) for scene in report.scenes for p in scene.problems]
+    return "\n".join([*written, _total(report)])
 
 
 def _xml(text: str) -> str:
@@ -74,7 +74,7 @@ def _xml(text: str) -> str:
     return text.replace("\ufffe", "\\ufffe").replace("\uffff", "\\uffff")
 
 
-def junit(report: Report) -> str:
+def junit_xml(report: Report) -> str:
     """JUnit XML: a test case a scene; crashes and invalid scenes are errors."""
     outcomes = [scene.outcome for scene in report.scenes]
     suite = ElementTree.Element(
@@ -102,11 +102,3 @@ def junit(report: Report) -> str:
     suites.append(suite)
     ElementTree.indent(suites)
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
-
-
-#: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Report], str | Page]] = {
-    "text": check_text,
-    "github": github,
-    "json": lambda report: json_text(CHECK.write(report)),
-}

@@ -3,81 +3,99 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from lagrange_cli.notation.page import Page, Row, page, words
-from lagrange_cli.report.tables import json_text, labelled, sentence_row
+from lagrange_cli.report.contents.numbers import assigned, decimal
+from lagrange_cli.report.inlines import Listed, Plain, Text, Typed, say
+from lagrange_cli.report.registry import contents_of, json_of
+from lagrange_cli.report.tree import Document, Labelled, Section, section, sections
 from lagrange_cli.report.values.simulation import ENSEMBLE, SimulatedMembers
+from lagrange_cli.simulate.ensemble.store.blocks import NumberRange
 
-if TYPE_CHECKING:
-    from lagrange_cli.simulate.ensemble.store.blocks import NumberRange
-
-#: Failures that the text lists.
+#: Failures that the report lists.
 _MOST_SHOWN = 12
 
+json_of.register(SimulatedMembers, ENSEMBLE.write)
 
-def _text(simulated: SimulatedMembers) -> Page:
-    """The result for a person."""
-    counts, estimated = simulated.counts(), simulated.store.estimated()
+
+@contents_of.register
+def ensemble_document(simulated: SimulatedMembers) -> Document:
+    """Return counts of outcomes, the ranges of numbers of motions, and members that failed."""
+    counts, name = simulated.counts(), simulated.plan.model.name
     finished = sum(counts.values())
-    listed = ", ".join(f"{count} {status}" for status, count in counts.items())
-    rate = finished / max(simulated.seconds["integrate"], 1e-9)
-    known = [("Status", listed or "none is finished")]
-    if estimated is not None:
-        known.append(("Accuracy", f"{estimated:.1e} estimated, the largest of all members"))
-    known.append(("Speed", f"{rate:.3g} members a second"))
-    done = f"{simulated.plan.model.name}: {finished} of {len(simulated.members)} members"
-    return page(
-        [
-            [sentence_row(done, "heading")],
-            labelled(*known, width=8),
-            _reduced(simulated.reduced(), finished),
-            _failures(simulated.failed(_MOST_SHOWN), finished - counts.get("ok", 0)),
-        ]
+    title = say(
+        "{name}: {finished} of {number} members",
+        name=Plain(name),
+        finished=finished,
+        number=len(simulated.members),
     )
+    written = sections(
+        section("", Labelled(_known(simulated, counts))),
+        _reduced(simulated.reduced(), finished),
+        _failures(simulated.failed(_MOST_SHOWN), finished - counts.get("ok", 0)),
+    )
+    return Document(name, "an ensemble", title, written)
 
 
-def _reduced(reduced: Mapping[str, tuple[NumberRange, float]], members: int) -> list[Row]:
-    """Say what the numbers of motions come to, a line each; nothing if there are none."""
-    if not reduced:
-        return []
-    lines, width = [Row("Reduced", role="heading")], max(map(len, reduced))
-    for name, (extent, error) in reduced.items():
-        if extent.known:
-            said = f"from {extent.least:.6g} to {extent.largest:.6g}{_off_by(error)}"
-        else:
-            is_open = error == math.inf
-            said = "open: it is not decided whether there is one" if is_open else "of none"
-        if 0 < extent.known < members:
-            said += f", of {extent.known} members"
-        lines.append(Row(f"  {name:{width}}", "  ", words(said), "name"))
-    return lines
+def _known(simulated: SimulatedMembers, counts: Mapping[str, int]) -> tuple[tuple[Text, Text], ...]:
+    estimated = simulated.store.estimated()
+    listed = Listed(
+        tuple(Listed((f"{n}", Plain(status)), between=" ") for status, n in counts.items())
+    )
+    rows: list[tuple[Text, Text]] = [(say("Status"), listed or say("none is finished"))]
+    if estimated is not None:
+        error = decimal(estimated, ".1e")
+        said = say("{error} estimated, the largest of all members", error=error)
+        rows.append((say("Accuracy"), said))
+    rate = sum(counts.values()) / max(simulated.seconds["integrate"], 1e-9)
+    rows.append((say("Speed"), say("{rate} members a second", rate=decimal(rate, ".3g"))))
+    return tuple(rows)
 
 
-def _off_by(error: float) -> str:
-    """Say how far a number may be off; nothing where no accuracy is promised."""
+def _reduced(reduced: Mapping[str, tuple[NumberRange, float]], members: int) -> Section | None:
+    """Return the ranges of the numbers of motions; None if there are none."""
+    rows = tuple((Plain(name), _range(*known, members)) for name, known in reduced.items())
+    return section(say("Reduced"), Labelled(rows)) if rows else None
+
+
+def _range(extent: NumberRange, error: float, members: int) -> Text:
+    if not extent.known:
+        is_open = error == math.inf
+        return say("open: it is not decided whether there is one") if is_open else say("of none")
+    ends = {"least": decimal(extent.least, ".6g"), "largest": decimal(extent.largest, ".6g")}
     if math.isnan(error):
-        return ""
-    return f" ± {error:.1g}" if error < math.inf else ", with an error that has no bound"
+        said = say("from {least} to {largest}", **ends)
+    elif error < math.inf:
+        digits = decimal(error, ".1g")
+        said = say("from {least} to {largest} ± {error}", error=digits, **ends)
+    else:
+        said = say("from {least} to {largest}, with an error that has no bound", **ends)
+    if extent.known < members:
+        return say.counted(
+            extent.known, "{text}, of {count} member", "{text}, of {count} members", text=said
+        )
+    return said
 
 
-def _failures(failed: Sequence[Mapping[str, Any]], number: int) -> list[Row]:
-    """List the first of a number of failures, a line each; nothing if there are none."""
+def _failures(failed: Sequence[Mapping[str, Any]], number: int) -> Section | None:
+    """Return the first of a number of failures; None if there are none."""
     if not failed:
-        return []
-    lines = [Row("Failed", role="heading")]
-    for member in failed:
-        values = ", ".join(f"{name} = {value}" for name, value in member["values"].items())
-        what = f"{values}: {member['status']}, {member['reason']}"
-        lines.append(Row(f"  {member['member']}", "  ", words(what), "name"))
-    if number > len(failed):
-        lines.append(Row(f"  and {number - len(failed)} more; --json lists them all"))
-    return lines
+        return None
+    left_out = say(
+        "and {count} more; {option} lists them all",
+        count=number - len(failed),
+        option=Typed("--json"),
+    )
+    rows = tuple((f"{member['member']}", _failure(member)) for member in failed)
+    return section(say("Failed"), Labelled(rows), left_out if number > len(failed) else None)
 
 
-#: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[SimulatedMembers], str | Page]] = {
-    "text": _text,
-    "json": lambda simulated: json_text(ENSEMBLE.write(simulated)),
-}
+def _failure(member: Mapping[str, Any]) -> Text:
+    values = Listed(tuple(assigned(name, Plain(value)) for name, value in member["values"].items()))
+    return say(
+        "{values}: {status}, {reason}",
+        values=values,
+        status=Plain(member["status"]),
+        reason=Plain(member["reason"]),
+    )

@@ -2,65 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
-from lagrange_cli.cache import Cache, Removed
-from lagrange_cli.errors import escape_controls
-from lagrange_cli.notation.page import Page, Row, page
-from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
-from lagrange_cli.report.values.check import cache_report
-
-if TYPE_CHECKING:
-    from lagrange_cli.emit.base import Emitter
-
-#: Name, files, title.
-_FORMATS = (TableColumn(before=""), TableColumn("", 0), TableColumn())
+from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
+from lagrange_cli.emit.base import FormatList
+from lagrange_cli.report.contents.numbers import decimal
+from lagrange_cli.report.inlines import Listed, Plain, Text, say
+from lagrange_cli.report.registry import contents_of, json_of
+from lagrange_cli.report.tree import Document, Labelled, Paragraph, Section, section, sections
+from lagrange_cli.report.values.check import CACHE, CacheView
 
 
-def listed_formats(emitters: Mapping[str, Emitter]) -> Page:
-    """One format a line: its name, the files it writes, its title."""
-    rows = [
-        [name, ", ".join("NAME" + e for e in emitter.extensions), emitter.title]
-        for name, emitter in emitters.items()
-    ]
-    return page([table(_FORMATS, rows, heading=False)])
+@contents_of.register
+def format_document(listed: FormatList) -> Document:
+    """Return each format with the files that it writes, and its title."""
+    rows = tuple(
+        (name, Plain(f"{', '.join('NAME' + e for e in emitter.extensions)}  {emitter.title}"))
+        for name, emitter in listed.emitters.items()
+    )
+    return Document("formats", "what emit writes", "", sections(section("", Labelled(rows))))
 
 
-def _cache_text(cache: Cache, removed: Removed | None) -> Page:
-    """Write the report for a person."""
-    if removed is not None:
-        return page([[Row("", f"removed {file_count(removed.files)}, {_size(removed.size)}")]])
-    report = cache_report(cache, removed)
-    rows = []
-    if report["reason"] is not None:
-        rows.append(sentence_row(escape_controls(f"Nothing is kept: {report['reason']}")))
-    if report["folder"] is not None:
-        entries, size = report["entries"], report["bytes"]
-        folder_rows = [
-            ("Folder", escape_controls(report["folder"])),
-            ("Entries", f"{entries['answers']} answers, {entries['compiled']} compiled"),
-            ("Size", f"{_size(size)} of at most {_size(report['largest'])}"),
-        ]
-        rows += labelled(*folder_rows, width=7)
-    return page([rows])
+json_of.register(CacheView, CACHE.write)
 
 
-def _size(count: int) -> str:
+@contents_of.register
+def cache_document(view: CacheView) -> Document:
+    """Return the folder of a cache and what it holds, or what was removed from it."""
+    if view.removed is not None:
+        written = section("", _removed(view.removed))
+    else:
+        shown = CACHE.write(view)
+        written = _held(view.cache, shown["entries"], shown["bytes"])
+    return Document("cache", "the results that are kept", "", sections(written))
+
+
+def _removed(removed: Removed) -> Paragraph:
+    files = say.counted(removed.files, "{count} file", "{count} files")
+    said = say("removed {files}, {size}", files=files, size=_size(removed.size))
+    return Paragraph(said, "heading")
+
+
+def _held(cache: Cache, entries: Mapping[str, int], size: int) -> Section | None:
+    reason = say("Nothing is kept: {reason}", reason=Plain(cache.reason or ""))
+    numbers = say(
+        "{answers} answers, {compiled} compiled",
+        answers=entries["answers"],
+        compiled=entries["compiled"],
+    )
+    most = say("{size} of at most {largest}", size=_size(size), largest=_size(MAX_CACHE_BYTES))
+    rows = (
+        (say("Folder"), Plain(cache.folder or "")),
+        (say("Entries"), numbers),
+        (say("Size"), most),
+    )
+    return section(
+        "",
+        Paragraph(reason, "heading") if cache.reason is not None else None,
+        Labelled(rows) if cache.folder is not None else None,
+    )
+
+
+def _size(count: int) -> Text:
     """Write a number of bytes, rounded."""
     for unit, size in (("MiB", 2**20), ("KiB", 2**10)):
         if count >= size:
-            return f"{count / size:.1f} {unit}"
-    return f"{count} bytes"
-
-
-def file_count(count: int) -> str:
-    """Return ``1 file`` or ``2 files``."""
-    return "1 file" if count == 1 else f"{count} files"
-
-
-#: Name of a format → what writes it.
-CACHE_FORMATS: Mapping[str, Callable[[Cache, Removed | None], str | Page]] = {
-    "text": _cache_text,
-    "json": lambda cache, removed: json_text(cache_report(cache, removed), ascii=True),
-}
+            return Listed((decimal(count / size, ".1f"), unit), between=" ")
+    return say.counted(count, "{count} byte", "{count} bytes")

@@ -2,142 +2,175 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from lagrange_cli.notation.page import Page, Row, page
-from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
-from lagrange_cli.report.values.simulation import SIMULATION, Simulated
+from lagrange_cli.report.contents.numbers import assigned, decimal
+from lagrange_cli.report.inlines import Listed, Plain, Text, say
+from lagrange_cli.report.registry import contents_of, json_of
+from lagrange_cli.report.tree import (
+    Column,
+    Document,
+    Labelled,
+    Part,
+    Section,
+    Table,
+    section,
+    sections,
+    table_of,
+)
+from lagrange_cli.report.values.simulation import SIMULATION, TRAJECTORY, Simulated
+from lagrange_cli.simulate import Trajectory
+from lagrange_cli.simulate.results.trajectory import Event
 
-if TYPE_CHECKING:
-    from lagrange_cli.simulate import Trajectory
-
-#: Events that the text lists.
+#: Events that the report lists.
 _MOST_EVENTS = 12
 
 #: Values that it lists with each event.
 _MOST_VALUES = 6
 
-_STATE = (TableColumn(), TableColumn("value", 16, ">"), TableColumn("rate", 16, ">"))
+#: Characters of the longest value.
+_DIGITS = 16
 
-#: Name and value.
-_FURTHER = (TableColumn(), TableColumn("", 16, ">"))
-
-#: Name of a conserved quantity, value, drift.
-_CONSERVED = (
-    TableColumn("conserved"),
-    TableColumn("value", 16, ">"),
-    TableColumn("relative drift", 16, ">"),
-)
-
-#: Time, name, values.
-_EVENTS = (TableColumn("", 16), TableColumn(before=" "), TableColumn())
+json_of.register(Simulated, SIMULATION.write)
+json_of.register(Trajectory, TRAJECTORY.write)
 
 
-def _number(value: float | None, form: str) -> str:
-    return "none" if value is None else format(value, form)
+@contents_of.register
+def motion_document(simulated: Simulated) -> Document:
+    """Return the last state, what is conserved, the events, and the promise of accuracy."""
+    model, trajectory = simulated.model, simulated.trajectory
+    title = say(
+        "{name} at t = {t}", name=Plain(trajectory.name), t=decimal(float(trajectory.t[-1]))
+    )
+    written = sections(
+        section("", _state(trajectory)),
+        section("", _further(simulated)),
+        section("", _conserved(simulated)),
+        _events(trajectory.events, (*model.coordinates, *model.outputs)),
+        section("", Labelled(_known(simulated))),
+    )
+    return Document(trajectory.name, "a motion", title, written)
 
 
-def _state(trajectory: Trajectory) -> list[Row]:
-    """Write the last state as a table: each name with its value and its rate, if it has one."""
+def _state(trajectory: Trajectory) -> Table:
+    """Return the last state: each name with its value and its rate, if it has one."""
     followed = trajectory.conserved_drift or {}
     state = {name: x for name, x in trajectory.state.items() if name not in followed}
-    rates = {name: state.get(f"dot({name})") for name in state if not name.startswith("dot(")}
-    rows = [
-        [name, f"{state[name]:.9g}", *([] if rate is None else [f"{rate:.9g}"])]
-        for name, rate in rates.items()
-    ]
-    return table(_STATE, rows)
+    names = [name for name in state if not name.startswith("dot(")]
 
+    def rate(name: str) -> Text:
+        known = state.get(f"dot({name})")
+        return "" if known is None else decimal(known)
 
-def _further(values: Mapping[str, float]) -> list[Row]:
-    """Write one value a line."""
-    return table(_FURTHER, [[n, f"{value:.9g}"] for n, value in values.items()], heading=False)
-
-
-def _beside(simulated: Simulated) -> dict[str, float]:
-    """Return the last values of further columns that no other table has."""
-    followed = simulated.trajectory.conserved_drift or {}
-    return {name: x for name, x in simulated.further().items() if name not in followed}
-
-
-def _conserved(simulated: Simulated) -> list[Row]:
-    """Write conserved quantities with their values at the end and their drifts."""
-    trajectory = simulated.trajectory
-    if trajectory.conserved_drift is None:
-        return []
-    values = trajectory.state | simulated.further()
-    rows = [
-        [name, f"{values[name]:.9g}", _number(drift, ".1e")]
-        for name, drift in trajectory.conserved_drift.items()
-    ]
-    if not rows:
-        said = "nothing was found among energies and momenta of linear symmetries"
-        return labelled(("Conserved", said), width=9)
-    return table(_CONSERVED, rows)
-
-
-def _events(trajectory: Trajectory, shown: Sequence[str]) -> list[Row]:
-    """List the first events with the values of some names."""
-    events = trajectory.events
-    if not events:
-        return []
-    rows = [
-        [
-            f"t = {event.t:.9g}",
-            event.name,
-            ", ".join(f"{name} = {event.state[name]:.9g}" for name in shown[:_MOST_VALUES]),
-        ]
-        for event in events[:_MOST_EVENTS]
-    ]
-    lines = [Row("Events", role="heading"), *table(_EVENTS, rows, heading=False)]
-    if len(events) > _MOST_EVENTS:
-        more = f"  and {len(events) - _MOST_EVENTS} more until t = {events[-1].t:.9g}"
-        lines.append(Row(more))
-    return lines
-
-
-def _promise(trajectory: Trajectory) -> str:
-    if trajectory.requested is None:
-        return "nothing is promised or estimated: a method was chosen"
-    estimated = _number(trajectory.estimated, ".1e")
-    until = _number(trajectory.holds_until, ".9g")
-    return f"{trajectory.requested:g} requested, {estimated} estimated, holds until t = {until}"
-
-
-def _text(simulated: Simulated) -> Page:
-    """The result for a person."""
-    model, trajectory = simulated.model, simulated.trajectory
-    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
-    conserved = "Jacobi" if "jacobi" in model.conserved else "Energy"
-    drift, off = trajectory.energy_drift, trajectory.constraint_drift
-    drifts = "not found to be conserved" if drift is None else f"relative drift {drift:.1e}"
-    known = [
-        ("Accuracy", _promise(trajectory)),
-        (conserved, drifts),
-        *([] if off is None else [("Constraints", f"largest drift {off:.1e}")]),
-        *([("Form", trajectory.formulation)] if simulated.in_other_form else []),
-        (
-            "Method",
-            f"{trajectory.method}, {trajectory.steps} steps, "
-            f"{trajectory.rhs_evaluations} evaluations of the right-hand side",
-        ),
-        ("Code", trajectory.implementation),
-    ]
-    return page(
-        [
-            [sentence_row(f"{trajectory.name} at t = {trajectory.t[-1]:.9g}", "heading")],
-            _state(trajectory),
-            _further(_beside(simulated)),
-            _conserved(simulated),
-            _events(trajectory, (*model.coordinates, *model.outputs)),
-            labelled(*known, width=8),
-        ]
+    return table_of(
+        names,
+        Column("", Plain),
+        Column(say("value"), lambda name: decimal(state[name]), True),
+        Column(say("rate"), rate, True),
+        digits=_DIGITS,
     )
 
 
-#: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Simulated], str | Page]] = {
-    "text": _text,
-    "json": lambda simulated: json_text(SIMULATION.write(simulated)),
-}
+def _further(simulated: Simulated) -> Table | None:
+    """Return the last values of further columns that no other table has."""
+    followed = simulated.trajectory.conserved_drift or {}
+    values = {name: x for name, x in simulated.further().items() if name not in followed}
+    if not values:
+        return None
+    return table_of(
+        values.items(),
+        Column(say("column"), lambda item: Plain(item[0])),
+        Column(say("value"), lambda item: decimal(item[1]), True),
+        digits=_DIGITS,
+    )
+
+
+def _conserved(simulated: Simulated) -> Part | None:
+    """Return conserved quantities with their values at the end and their drifts."""
+    trajectory = simulated.trajectory
+    if trajectory.conserved_drift is None:
+        return None
+    if not trajectory.conserved_drift:
+        nothing = say("nothing was found among energies and momenta of linear symmetries")
+        return Labelled(((say("Conserved"), nothing),))
+    values = trajectory.state | simulated.further()
+    return table_of(
+        trajectory.conserved_drift.items(),
+        Column(say("conserved"), lambda item: Plain(item[0])),
+        Column(say("value"), lambda item: decimal(values[item[0]]), True),
+        Column(say("relative drift"), lambda item: _known_number(item[1], ".1e"), True),
+        digits=_DIGITS,
+    )
+
+
+def _known_number(value: float | None, form: str) -> Text:
+    return say("none") if value is None else decimal(value, form)
+
+
+def _events(events: Sequence[Event], shown: Sequence[str]) -> Section | None:
+    """Return the first events with the values of some names."""
+    if not events:
+        return None
+    left_out = say(
+        "and {count} more until t = {t}",
+        count=len(events) - _MOST_EVENTS,
+        t=decimal(events[-1].t),
+    )
+    return section(
+        say("Events"),
+        table_of(
+            events[:_MOST_EVENTS],
+            Column("t", lambda event: decimal(event.t), True),
+            Column(say("event"), lambda event: Plain(event.name)),
+            Column(
+                say("values"),
+                lambda event: Listed(
+                    tuple(assigned(n, decimal(event.state[n])) for n in shown[:_MOST_VALUES])
+                ),
+            ),
+            prose=say("values"),
+        ),
+        left_out if len(events) > _MOST_EVENTS else None,
+    )
+
+
+def _promise(trajectory: Trajectory) -> Text:
+    if trajectory.requested is None:
+        return say("nothing is promised or estimated: a method was chosen")
+    return say(
+        "{requested} requested, {estimated} estimated, holds until t = {until}",
+        requested=decimal(trajectory.requested, "g"),
+        estimated=_known_number(trajectory.estimated, ".1e"),
+        until=_known_number(trajectory.holds_until, ".9g"),
+    )
+
+
+def drift_of(drift: float | None) -> Text:
+    """Say how far the energy drifts, if it is conserved."""
+    if drift is None:
+        return say("not found to be conserved")
+    return say("relative drift {drift}", drift=decimal(drift, ".1e"))
+
+
+def _known(simulated: Simulated) -> tuple[tuple[Text, Text], ...]:
+    """Return what is known of the motion beside its end."""
+    trajectory, off = simulated.trajectory, simulated.trajectory.constraint_drift
+    # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
+    conserved = say("Jacobi") if "jacobi" in simulated.model.conserved else say("Energy")
+    rows: list[tuple[Text, Text]] = [
+        (say("Accuracy"), _promise(trajectory)),
+        (conserved, drift_of(trajectory.energy_drift)),
+    ]
+    if off is not None:
+        largest = say("largest drift {drift}", drift=decimal(off, ".1e"))
+        rows.append((say("Constraints"), largest))
+    if simulated.in_other_form:
+        rows.append((say("Form"), Plain(trajectory.formulation)))
+    cost = say(
+        "{method}, {steps} steps, {evaluations} evaluations of the right-hand side",
+        method=Plain(trajectory.method),
+        steps=trajectory.steps,
+        evaluations=trajectory.rhs_evaluations,
+    )
+    rows += [(say("Method"), cost), (say("Code"), Plain(trajectory.implementation))]
+    return tuple(rows)

@@ -3,170 +3,197 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING
 
-from lagrange_cli.notation.page import Page, Row, page
-from lagrange_cli.report.tables import TableColumn, json_text, labelled, sentence_row, table
+from lagrange_cli.report.contents.numbers import decimal
+from lagrange_cli.report.inlines import Plain, Text, Typed, Written, say
+from lagrange_cli.report.registry import contents_of, json_of
+from lagrange_cli.report.tree import (
+    Block,
+    Column,
+    Document,
+    Labelled,
+    Paragraph,
+    Section,
+    Verbatim,
+    section,
+    sections,
+    table_of,
+)
 from lagrange_cli.report.values.studies import TRADE, options_of
+from lagrange_cli.studies.tradeoff.result import CostRatios, Recommendation, Trade
+from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
 
-if TYPE_CHECKING:
-    from lagrange_cli.studies.tradeoff.result import CostRatios, Trade
-    from lagrange_cli.studies.tradeoff.runs import Setting, WorkPrecisionPoint
-
-#: Outcome of a run → its words in tables.
-_ENDS = {"ok": "", "given_up": "given up", "failed": "failed"}
-
-_RUNS = (
-    TableColumn("method", 8),
-    TableColumn("setting", 14, before=" "),
-    TableColumn("error", 8, ">", " "),
-    TableColumn("seconds", 9, ">", " "),
-    TableColumn("quartiles", 19, ">", " "),
-    TableColumn("evaluations", 11, ">", " "),
-    TableColumn("drift", 8, ">", " "),
-    TableColumn("front"),
-)
-
-#: Options, the method that was chosen, and its costs in units of the front.
-_AUTOMATIC = (
-    TableColumn("", 16),
-    TableColumn("", 24, before=" "),
-    TableColumn("error", 6, ">", " "),
-    TableColumn("seconds", 8, ">", " "),
-    TableColumn("as good", 8, ">", " "),
-    TableColumn("enough", 6, ">", " "),
-    TableColumn("evaluations", 11, ">", " "),
-    TableColumn("as good", 8, ">", " "),
-    TableColumn("enough", 6, ">", " "),
-)
-
-_RECOMMENDED = (TableColumn("", 5), TableColumn("", 32), TableColumn(before=" "))
+json_of.register(Trade, TRADE.write)
 
 
-def tradeoff_text(trade: Trade) -> Page:
-    """Write the table, the picture and the recommendations, for a person."""
+@contents_of.register
+def trade_document(trade: Trade) -> Document:
+    """Return runs of methods in a table and a picture, recommendations, and runs of ``auto``."""
+    title = say(
+        "{name} until t = {until}: {runs} runs, {samples} samples each, short ones timed up to"
+        " {repeat} times",
+        name=Plain(trade.name),
+        until=decimal(trade.until, ".9g"),
+        runs=len(trade.points),
+        samples=trade.samples,
+        repeat=trade.repeat,
+    )
+    known = Labelled(((say("Reference"), _reference(trade)), (say("Code"), _code(trade))))
+    written = sections(
+        section("", known),
+        *(_compared(trade.points) if trade.points else ()),
+        _recommendations(trade.recommended) if trade.points else None,
+        _automatics(trade.automatic),
+        _left_out(trade),
+    )
+    return Document(trade.name, "speed against accuracy", title, written)
+
+
+def _reference(trade: Trade) -> Text:
     known = trade.reference
-    checked = (
-        "" if known.checked is None else f"; {known.checked} differs by {known.difference:.0e}"
-    )
-    title = (
-        f"{trade.name} until t = {trade.until:.9g}: {len(trade.points)} runs,"
-        f" {trade.samples} samples each, short ones timed up to {trade.repeat} times"
-    )
-    reference = f"{known.method}, error {known.error:.0e}{checked}"
-    left_out = labelled(
-        *(("Left out", reason) for reason in dict.fromkeys(trade.left_out.values()))
-    )
-    last = [*_automatics(trade.automatic), *left_out]
-    return page(
-        [
-            [sentence_row(title, "heading")],
-            labelled(("Reference", reference), ("Code", trade.implementation)),
-            *(_compared(trade) if trade.points else ()),
-            [*(_recommendations(trade) if trade.points else ()), *last],
-        ]
+    method, error = Plain(known.method), decimal(known.error, ".0e")
+    if known.checked is None:
+        return say("{method}, error {error}", method=method, error=error)
+    return say(
+        "{method}, error {error}; {other} differs by {difference}",
+        method=method,
+        error=error,
+        other=Plain(known.checked),
+        difference=decimal(known.difference, ".0e"),
     )
 
 
-def _compared(trade: Trade) -> list[list[Row]]:
-    """Write the table and the picture of runs of methods."""
-    return [_table(trade.points), [Row("", line) for line in character_plot(trade.points)]]
+def _code(trade: Trade) -> Text:
+    return Plain(trade.implementation)
 
 
-def _table(points: Sequence[WorkPrecisionPoint]) -> list[Row]:
-    alike = groupby(points, key=lambda p: (p.setting.method, p.outcome, p.reason))
-    rows: list[list[str]] = []
-    for (_, outcome, _), group in alike:
-        rows += map(_row, group) if outcome == "ok" else [_without_end([*group])]
-    return table(_RUNS, rows)
+def _compared(points: Sequence[WorkPrecisionPoint]) -> Iterator[Section]:
+    """Return the table of runs of methods, those that failed, and the picture."""
+    ended = [point for point in points if point.outcome == "ok"]
+    alike = groupby(
+        (p for p in points if p.outcome != "ok"),
+        key=lambda p: (p.setting.method, p.outcome, p.reason),
+    )
+    failed = tuple(_without_end([*group]) for _, group in alike)
+    blocks: list[Block] = [table_of(ended, *_RUNS)] if ended else []
+    blocks += [Labelled(failed)] if failed else []
+    yield Section("", tuple(blocks))
+    drawn = tuple(character_plot(points))
+    if not drawn:
+        yield Section("", (Paragraph(say("no run to draw")),))
+        return
+    said = say("error over seconds, a letter for each method, a capital on the front of time")
+    yield Section("", (Paragraph(said), Verbatim(drawn)))
 
 
-def _start(setting: Setting) -> list[str]:
-    value = f"rtol {setting.rtol:.0e}" if setting.rtol is not None else f"step {setting.step:.3g}"
-    return [setting.method, value]
+def _setting(setting: Setting) -> Text:
+    if setting.rtol is not None:
+        return say("rtol {value}", value=decimal(setting.rtol, ".0e"))
+    return say("step {value}", value=decimal(setting.step, ".3g"))
 
 
-def _without_end(points: Sequence[WorkPrecisionPoint]) -> list[str]:
-    """Write runs of one method that did not reach the end for one reason as one row."""
+def _without_end(points: Sequence[WorkPrecisionPoint]) -> tuple[Text, Text]:
+    """Say why runs of one method did not reach the end, which failed for one reason."""
     first = points[0]
-    work = sum(point.evaluations for point in points)
-    more = "" if len(points) == 1 else f", with {len(points) - 1} finer ones,"
-    what = f"{_ENDS[first.outcome]}{more} after {work} evaluations: {first.reason}"
-    return [*_start(first.setting), what]
+    run = say("{method}, {setting}", method=first.setting.method, setting=_setting(first.setting))
+    parts: dict[str, Written | str | int] = {
+        "others": len(points) - 1,
+        "work": sum(point.evaluations for point in points),
+        "reason": Plain(first.reason),
+    }
+    if first.outcome == "failed" and len(points) == 1:
+        return run, say("failed after {work} evaluations: {reason}", **parts)
+    if first.outcome == "failed":
+        return run, say(
+            "failed, with {others} finer ones, after {work} evaluations: {reason}", **parts
+        )
+    if len(points) == 1:
+        return run, say("given up after {work} evaluations: {reason}", **parts)
+    return run, say(
+        "given up, with {others} finer ones, after {work} evaluations: {reason}", **parts
+    )
 
 
-def _row(point: WorkPrecisionPoint) -> list[str]:
-    first, third = point.quartiles
-    return [
-        *_start(point.setting),
-        f"{point.error:.1e}" if point.resolved else f"<{point.error:.0e}",
-        f"{point.median:.2e}",
-        f"{first:>9.2e} {third:>9.2e}",
-        f"{point.evaluations}",
-        "-" if point.drift is None else f"{point.drift:.1e}",
-        ("", "time", "work", "both")[point.pareto + 2 * point.pareto_evaluations],
-    ]
+def _error(point: WorkPrecisionPoint) -> Text:
+    if point.resolved:
+        return decimal(point.error, ".1e")
+    return say("below {error}", error=decimal(point.error, ".0e"))
 
 
-def _recommendations(trade: Trade) -> list[Row]:
-    if not trade.recommended:
-        return labelled(("Recommended", "nothing: no run is good to 1e-03"))
-    rows = [
-        [
-            f"{entry.accuracy:.0e}",
-            options_of(entry.point.setting),
-            f"error {entry.point.error:.0e}, {entry.point.median:.1e} s,"
-            f" {entry.point.evaluations} evaluations",
-        ]
-        for entry in trade.recommended
-    ]
-    return [Row("Recommended", role="heading"), *table(_RECOMMENDED, rows, heading=False)]
+def _quartiles(point: WorkPrecisionPoint) -> Text:
+    first, third = (decimal(seconds, ".1e") for seconds in point.quartiles)
+    return say("{first} to {last}", first=first, last=third)
 
 
-def _automatics(ratios: Sequence[CostRatios]) -> list[Row]:
+#: Fronts on which a run is.
+_FRONTS = ("", say("time"), say("work"), say("both"))
+
+_RUNS: tuple[Column[WorkPrecisionPoint], ...] = (
+    Column(say("method"), lambda point: point.setting.method),
+    Column(say("setting"), lambda point: _setting(point.setting)),
+    Column(say("error"), _error, True),
+    Column(say("seconds"), lambda point: decimal(point.median, ".2e"), True),
+    Column(say("quartiles"), _quartiles, True),
+    Column(say("evaluations"), lambda point: f"{point.evaluations}", True),
+    Column(say("drift"), lambda point: decimal(point.drift, ".1e"), True),
+    Column(say("front"), lambda p: _FRONTS[p.pareto + 2 * p.pareto_evaluations]),
+)
+
+_RECOMMENDED: tuple[Column[Recommendation], ...] = (
+    Column(say("accuracy"), lambda entry: decimal(entry.accuracy, ".0e"), True),
+    Column(say("options"), lambda entry: Typed(options_of(entry.point.setting))),
+    Column(say("error"), lambda entry: decimal(entry.point.error, ".0e"), True),
+    Column(say("seconds"), lambda entry: decimal(entry.point.median, ".1e"), True),
+    Column(say("evaluations"), lambda entry: f"{entry.point.evaluations}", True),
+)
+
+
+def _recommendations(recommended: Sequence[Recommendation]) -> Section:
+    if recommended:
+        return Section(say("Recommended"), (table_of(recommended, *_RECOMMENDED),))
+    nothing = say("nothing: no run is good to {accuracy}", accuracy=decimal(1e-3, ".0e"))
+    return Section("", (Labelled(((say("Recommended"), nothing),)),))
+
+
+def _automatics(ratios: Sequence[CostRatios]) -> Section | None:
     """Compare the costs of ``--accuracy`` with those of as good, and of good enough runs."""
     if not ratios:
-        return []
-    return [
-        sentence_row(
-            "Automatic, times the least of runs that are as good, and of those that are"
-            " good enough",
-            "heading",
-        ),
-        *table(_AUTOMATIC, list(map(_automatic_row, ratios))),
-    ]
+        return None
+    ended = [entry for entry in ratios if entry.point.outcome == "ok"]
+    failed = tuple(
+        (Typed(options_of(entry.point.setting)), _without_end([entry.point])[1])
+        for entry in ratios
+        if entry.point.outcome != "ok"
+    )
+    return section(
+        say("Automatic"),
+        say("costs over the least of runs that are as good, and of those that are good enough"),
+        table_of(ended, *_AUTOMATIC) if ended else None,
+        Labelled(failed) if failed else None,
+    )
 
 
-def _automatic_row(ratios: CostRatios) -> list[str]:
-    point = ratios.point
-    start = options_of(point.setting)
-    if point.outcome != "ok":
-        return [start, f"{_ENDS[point.outcome]}: {point.reason}"]
-    return [
-        start,
-        point.chosen or "",
-        f"{point.error:.0e}",
-        f"{point.median:.1e}",
-        _times(ratios.seconds),
-        _times(ratios.seconds_needed),
-        f"{point.evaluations}",
-        _times(ratios.evaluations),
-        _times(ratios.evaluations_needed),
-    ]
+#: Options, the method that was chosen, and its costs in units of the front.
+_AUTOMATIC: tuple[Column[CostRatios], ...] = (
+    Column(say("options"), lambda entry: Typed(options_of(entry.point.setting))),
+    Column(say("method"), lambda entry: Plain(entry.point.chosen or "")),
+    Column(say("error"), lambda entry: decimal(entry.point.error, ".0e"), True),
+    Column(say("seconds"), lambda entry: decimal(entry.point.median, ".1e"), True),
+    Column(say("as good"), lambda entry: decimal(entry.seconds, ".2g"), True),
+    Column(say("enough"), lambda entry: decimal(entry.seconds_needed, ".2g"), True),
+    Column(say("evaluations"), lambda entry: f"{entry.point.evaluations}", True),
+    Column(say("as good"), lambda entry: decimal(entry.evaluations, ".2g"), True),
+    Column(say("enough"), lambda entry: decimal(entry.evaluations_needed, ".2g"), True),
+)
 
 
-def _times(factor: float | None) -> str:
-    """Write a factor; it is None if no other run is as good."""
-    return "-" if factor is None else f"{factor:.2g}"
-
-
-#: Name of a format → what writes it.
-FORMATS: Mapping[str, Callable[[Trade], str | Page]] = {
-    "text": tradeoff_text,
-    "json": lambda trade: json_text(TRADE.write(trade)),
-}
+def _left_out(trade: Trade) -> Section | None:
+    reasons = dict.fromkeys(trade.left_out.values())
+    if not reasons:
+        return None
+    return Section("", (Labelled(tuple((say("Left out"), Plain(why)) for why in reasons)),))
 
 
 #: Characters of a row of the picture.
@@ -184,7 +211,7 @@ _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 def character_plot(
     points: Sequence[WorkPrecisionPoint], width: int = _WIDTH, height: int = _HEIGHT
 ) -> list[str]:
-    """Draw the logarithm of the error over that of the seconds, a letter for each method.
+    """Draw the logarithm of the error over that of the seconds; nothing if there is no run.
 
     Capitals are on the front; they cover other letters at their place.
     """
@@ -195,7 +222,7 @@ def character_plot(
         if p.seconds and 0 < p.distance <= _LARGEST_ERROR
     ]
     if not drawn:
-        return ["no run to draw"]
+        return []
     low, high = math.floor(min(y for _, y, _ in drawn)), math.ceil(max(y for _, y, _ in drawn))
     left, right = math.floor(min(x for x, _, _ in drawn)), math.ceil(max(x for x, _, _ in drawn))
     low, left = min(low, high - 1), min(left, right - 1)
@@ -206,7 +233,6 @@ def character_plot(
         letter = letters[point.setting.method]
         rows[row][column] = letter.upper() if point.pareto else letter
     return [
-        "error",
         *_with_axis(rows, low, high),
         f"{'':7}+{'-' * width}",
         f"{'':7}{f'1e{left:+03d}':<{width - 6}}{f'1e{right:+03d} s':>7}",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Entry, Removed
 from lagrange_cli.report.values.json_types import (
@@ -68,7 +68,7 @@ CHECK: JsonObject[Report] = JsonObject(
 _KINDS = {"answers": (".json",), "compiled": (".so", ".db")}
 
 
-class _CacheView(NamedTuple):
+class CacheView(NamedTuple):
     """A cache with its entries, and what was removed from it."""
 
     cache: Cache
@@ -80,7 +80,7 @@ _REMOVED: JsonObject[Removed] = JsonObject(
     Key("files", INTEGER, "Number of files."),
     Key("bytes", INTEGER, "Their size.", lambda removed: removed.size),
 )
-CACHE: JsonObject[_CacheView] = JsonObject(
+CACHE: JsonObject[CacheView] = JsonObject(
     Key(
         "folder",
         or_null(TEXT),
@@ -112,8 +112,3 @@ CACHE: JsonObject[_CacheView] = JsonObject(
     Key("largest", INTEGER, "The size above which old ones go.", lambda _: MAX_CACHE_BYTES),
     Key("removed", _REMOVED, "What --clear removed.", optional=True),
 )
-
-
-def cache_report(cache: Cache, removed: Removed | None) -> dict[str, Any]:
-    """Return what ``lagrange cache --json`` writes; ``removed`` is None without ``--clear``."""
-    return CACHE.write(_CacheView(cache, cache.entries(), removed))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.report.registry import json_of
 from lagrange_cli.report.values.json_types import DRAFT, JsonObject, Schema
 
 if TYPE_CHECKING:
@@ -42,12 +43,11 @@ def report_schema(name: str) -> Schema:
 
 def _types() -> dict[str, JsonObject[Any]]:
     """Return the types of all reports, imported when a schema is asked for."""
-    from lagrange_cli.report.contents.fit import FIT
     from lagrange_cli.report.values.analysis import ANALYSIS
     from lagrange_cli.report.values.check import CACHE, CHECK
     from lagrange_cli.report.values.derivation import derivation_type
     from lagrange_cli.report.values.simulation import ENSEMBLE, SECTION, SIMULATION
-    from lagrange_cli.report.values.studies import PATHS, STRESS, TRADE
+    from lagrange_cli.report.values.studies import FIT, PATHS, STRESS, TRADE
 
     return {
         "derive": derivation_type(),
@@ -72,18 +72,5 @@ def report_values(
     A trajectory is without the times that the command took. Derivations and analyses have a
     method ``report``.
     """
-    from lagrange_cli.report.contents.fit import FIT
-    from lagrange_cli.report.values.check import CHECK
-    from lagrange_cli.report.values.simulation import SECTION, TRAJECTORY
-    from lagrange_cli.report.values.studies import PATHS, STRESS, TRADE
-
-    types: dict[str, JsonObject[Any]] = {
-        "Trajectory": TRAJECTORY,
-        "Section": SECTION,
-        "Paths": PATHS,
-        "Fit": FIT,
-        "Trade": TRADE,
-        "Stress": STRESS,
-        "Report": CHECK,
-    }
-    return types[type(result).__name__].write(result)
+    values: dict[str, Any] = json_of(result)
+    return values

@@ -1,4 +1,4 @@
-"""Studies as JSON: paths, trade-offs and runs at extremes."""
+"""Studies as JSON: paths, trade-offs, runs at extremes and fits."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from lagrange_cli.report.values.json_types import (
 )
 
 if TYPE_CHECKING:
+    from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
     from lagrange_cli.studies.path.ends import End
     from lagrange_cli.studies.path.measure import StationaryPath
     from lagrange_cli.studies.path.result import Paths
@@ -344,4 +345,43 @@ STRESS: JsonObject[Stress] = JsonObject(
     Key("points", list_of(_POINT), "The points.", lambda stress: stress.runs),
     Key("left_out", NAMES, "Axes of which the scene has no points."),
     Key("summary", _COUNTS, "Number of points of each outcome.", lambda stress: stress.counts),
+)
+
+# A fit.
+
+_FITTED_VALUE: JsonObject[FittedValue] = JsonObject(
+    Key("name", TEXT, "A parameter, or a coordinate or its dot for its start."),
+    Key("value", NUMBER, "The fitted value."),
+    Key("error", MAYBE_NUMBER, "Its standard error; null if it is not determined."),
+    Key("start", NUMBER, "The value that the fit began with."),
+)
+_FITTED_COLUMN: JsonObject[FittedColumn] = JsonObject(
+    Key("name", TEXT, "Name of the column."),
+    Key("measurements", INTEGER, "Number of measurements.", lambda column: len(column.times)),
+    Key("rms", NUMBER, "Root mean square of what is left.", lambda column: column.root_mean_square),
+)
+FIT: JsonObject[Fit] = JsonObject(
+    Key("name", TEXT, "Name of the scene."),
+    Key(
+        "status",
+        one_of("ok", "undetermined", "not_converged"),
+        "Outcome; undetermined: other values fit as well.",
+    ),
+    Key("reason", TEXT, "Why the status is not ok; empty if it is."),
+    Key("values", list_of(_FITTED_VALUE), "The fitted values, in the order of --free."),
+    Key(
+        "correlation",
+        list_of(list_of(MAYBE_NUMBER)),
+        "Correlations of their errors; null if these are not determined.",
+    ),
+    Key("columns", list_of(_FITTED_COLUMN), "The measured columns."),
+    Key(
+        "chi_squared",
+        MAYBE_NUMBER,
+        "Sum of the squares of residuals over deviations; null unless all deviations are given.",
+        lambda fit: fit.chi_squared if fit.given_deviations else None,
+    ),
+    Key("degrees_of_freedom", INTEGER, "Number of measurements less that of values."),
+    Key("derivatives", TEXT, "Source of derivatives: variational equations or differences."),
+    Key("runs", INTEGER, "Number of motions that were simulated."),
 )

@@ -30,14 +30,15 @@ from lagrange_cli.notation.printers.mathml import (
 from lagrange_cli.notation.symbols import printable, text_prose
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.pictures.sketch.svg import emit_svg
-from lagrange_cli.report.contents.derivation.contents import Content, asked_content
+from lagrange_cli.report.contents.derivation.contents import Content, asked_content, titled
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.ranges import grouped_ranges
 from lagrange_cli.report.tree import (
     Bullets,
+    Document,
     Formulas,
     Labelled,
     Law,
@@ -50,6 +51,7 @@ from lagrange_cli.report.tree import (
     Verbatim,
 )
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
+from lagrange_cli.report.writers.terminal.letters import UnicodeLetters
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -142,8 +144,7 @@ class HtmlLetters(Letters):
     def number(self, value: float) -> str:
         return mathml_number(f"{value:.0e}") if value else "<mn>0</mn>"
 
-    def value(self, number: float, literal: str | None = None) -> str:
-        text = (literal if literal is not None else repr(number)).removesuffix(".0")
+    def digits(self, text: str) -> str:
         sign = self.minus if text.startswith("-") else ""
         return sign + mathml_number(text.removeprefix("-"))
 
@@ -201,8 +202,10 @@ class HtmlSetter(RowSetter):
     def section(self, section: Section) -> Iterator[str]:
         """Yield the lines of a section, its heading first."""
         count = self.ids[section.name] = self.ids.get(section.name, 0) + 1
-        yield f'<section id="{section.name}{f"-{count}" if count > 1 else ""}">'
-        yield f"<h2>{self.text(section.heading)}</h2>"
+        number = f"-{count}" if count > 1 else ""
+        yield f'<section id="{section.name}{number}">' if section.name else "<section>"
+        if heading := self.text(section.heading):
+            yield f"<h2>{heading}</h2>"
         for block in self.fitted(section):
             yield from self._block(block, section.name)
         yield "</section>"
@@ -356,25 +359,35 @@ def emit_html(
         Constraint forces are asked for and were not derived, or the system cannot be drawn.
     """
     content = content or asked_content(equations, options)
-    letters = HtmlLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, written_out=written_out)
-    setter = HtmlSetter(Lettering(letters, say), equations=equations)
-    sections = content.sections(writer)
-    presentation = equations.presentation
-    title, description = presentation.title or presentation.name, presentation.description
+    setter = HtmlSetter(Lettering(HtmlLetters(equations), say), equations=equations)
+    document = titled(equations, content.about, content.sections(writer))
+    return {f"{document.name}.html": _document_html(document, setter)}
+
+
+def report_html(document: Document, say: Language) -> str:
+    """Return a whole page."""
+    return _document_html(document, HtmlSetter(Lettering(HtmlLetters(), say)))
+
+
+def _document_html(document: Document, setter: HtmlSetter) -> str:
+    letters, say = setter.lettering.letters, setter.lettering.say
+    # The title of a window is text without formulas.
+    title = text_prose(Lettering(UnicodeLetters(), say).text(document.title))
+    description = setter.text(document.description)
     lines = [
-        *_head(letters.words(text_prose(title)), say.code),
+        *_head(letters.words(title), say.code),
         "<body>",
         "<main>",
-        f"<h1>{letters.prose(title)}</h1>",
-        *([f"<p>{letters.prose(description)}</p>"] if description else []),
-        *(line for section in sections for line in setter.section(section)),
+        f"<h1>{setter.text(document.title)}</h1>",
+        *([f"<p>{description}</p>"] if description else []),
+        *(line for section in document.sections for line in setter.section(section)),
         "</main>",
         "</body>",
         "</html>",
     ]
-    return {f"{presentation.name}.html": "\n".join(lines) + "\n"}
+    return "\n".join(lines) + "\n"
 
 
 def _head(title: str, code: str) -> Iterator[str]:

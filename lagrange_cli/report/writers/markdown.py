@@ -7,12 +7,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.symbols import printable
-from lagrange_cli.report.contents.derivation.contents import Content, asked_content
+from lagrange_cli.report.contents.derivation.contents import Content, asked_content, titled
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.inlines import Lettering, say
-from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.tree import (
     Bullets,
+    Document,
     Formulas,
     Labelled,
     Law,
@@ -70,20 +71,30 @@ def emit_markdown(
         An expression has no exact form in print.
     """
     content = content or asked_content(equations, options)
-    letters = MarkdownLetters(equations)
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, written_out=written_out)
-    paragraphs = [f"# {letters.prose(equations.presentation.title or equations.presentation.name)}"]
-    if equations.presentation.description:
-        paragraphs.append(letters.prose(equations.presentation.description))
-    setter = Typesetter(Lettering(letters, say))
-    for section in content.sections(writer):
+    setter = Typesetter(Lettering(MarkdownLetters(equations), say))
+    document = titled(equations, content.about, content.sections(writer))
+    return {f"{document.name}.md": _document_markdown(document, setter)}
+
+
+def report_markdown(document: Document, say: Language) -> str:
+    """Return a document."""
+    return _document_markdown(document, Typesetter(Lettering(MarkdownLetters(), say)))
+
+
+def _document_markdown(document: Document, setter: Typesetter) -> str:
+    paragraphs = [f"# {setter.text(document.title)}"]
+    if document.description:
+        paragraphs.append(setter.text(document.description))
+    for section in document.sections:
         paragraphs += _section(section, setter)
-    return {f"{equations.presentation.name}.md": "\n\n".join(paragraphs) + "\n"}
+    return "\n\n".join(paragraphs) + "\n"
 
 
 def _section(section: Section, setter: Typesetter) -> Iterator[str]:
-    yield f"## {setter.text(section.heading)}"
+    if heading := setter.text(section.heading):
+        yield f"## {heading}"
     for block in setter.fitted(section):
         yield from _block(block, setter)
 

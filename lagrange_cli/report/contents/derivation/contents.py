@@ -24,6 +24,7 @@ from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.document_options import sections_of
 from lagrange_cli.report.inlines import (
     Inline,
+    Prose,
     Text,
     magnitude,
     named,
@@ -35,6 +36,7 @@ from lagrange_cli.report.inlines import (
 )
 from lagrange_cli.report.tree import (
     Block,
+    Document,
     Formula,
     Paragraph,
     Picture,
@@ -190,6 +192,14 @@ def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> C
     """Return the content of a document of a derivation that options of the registry ask for."""
     parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
     return derivation_content(equations, parts, str(options["form"]))
+
+
+def titled(equations: Equations, about: str, sections: Iterable[Section]) -> Document:
+    """Return a document about a scene, under the title that the scene gives itself."""
+    shown = equations.presentation
+    title = Prose(shown.title or shown.name)
+    description = Prose(shown.description) if shown.description else ""
+    return Document(shown.name, about, title, tuple(sections), description)
 
 
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:

@@ -108,7 +108,7 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
         f"% {latex_text(equations.presentation.name)}: {options.about}, written by lagrange",
         _PREAMBLE
         + ("\\usepackage{tikz}\n" if "sketch" in options.parts else "")
-        + options.definitions(equations, chain(*frames))
+        + setter.definitions(chain(*frames))
         + r"\begin{document}",
     ]
     blocks = [preamble, *frames, [r"\end{document}"]]

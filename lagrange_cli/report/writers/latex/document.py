@@ -8,8 +8,8 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.layout import joined, prefixed
-from lagrange_cli.notation.symbols import latex_prose, latex_text
-from lagrange_cli.report.contents.derivation.contents import derivation_content
+from lagrange_cli.notation.symbols import latex_text
+from lagrange_cli.report.contents.derivation.contents import derivation_content, titled
 from lagrange_cli.report.contents.derivation.motion import (
     accelerations,
     closure_rows,
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.report.contents.derivation.contents import Content
-    from lagrange_cli.report.tree import Section
+    from lagrange_cli.report.phrases.language import Language
+    from lagrange_cli.report.tree import Document, Section
 
 _PACKAGES = r"""\usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}
@@ -54,18 +55,34 @@ _MARGINS, _A4 = 50, 210
 def latex_document(equations: Equations, options: LatexOptions | None = None) -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     options = options or LatexOptions()
-    setter = options.setter(equations)
-    sections = options.sections(equations)
+    return _document_latex(
+        titled(equations, options.about, options.sections(equations)),
+        options.setter(equations),
+        _preamble(options),
+        [] if equations.derivation.steps is None else [r"\setlength{\jot}{1ex}"],
+    )
+
+
+def report_latex(document: Document, say: Language) -> str:
+    """Return a document in A4 that pdfLaTeX compiles by itself."""
+    options = LatexOptions()
+    setter = Typesetter(Lettering(LatexLetters(), say), options.columns, stem=document.name)
+    return _document_latex(document, setter, _preamble(options))
+
+
+def _document_latex(
+    document: Document, setter: Typesetter, preamble: str, spread: Sequence[str] = ()
+) -> str:
+    """Return a document with a preamble; ``spread`` stands before its sections."""
+    sections, title = document.sections, setter.text(document.title)
     body = _kept_together(setter, sections, [setter.section(section) for section in sections])
-    spread = [] if equations.derivation.steps is None else [r"\setlength{\jot}{1ex}"]
-    title = latex_prose(equations.presentation.title or equations.presentation.name)
     opening = [
-        f"% {latex_text(equations.presentation.name)}: {options.about}, written by lagrange",
-        _preamble(options) + options.definitions(equations, chain(*body)) + r"\begin{document}",
+        f"% {latex_text(document.name)}: {document.about}, written by lagrange",
+        preamble + setter.definitions(chain(*body)) + r"\begin{document}",
         rf"\begin{{center}}\LARGE {title}\end{{center}}",
     ]
-    if equations.presentation.description:
-        opening += ["", latex_prose(equations.presentation.description)]
+    if document.description:
+        opening += ["", setter.text(document.description)]
     blocks = [opening, spread, *body, [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
@@ -129,7 +146,7 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
             )
         ]
     heading = f"% {title}: {content.about} (needs {needs})\n"
-    return heading + options.definitions(equations, body) + "\n".join(body).rstrip() + "\n"
+    return heading + setter.definitions(body) + "\n".join(body).rstrip() + "\n"
 
 
 _STYLES = {"document": latex_document, "beamer": latex_frames, "snippet": latex_snippet}

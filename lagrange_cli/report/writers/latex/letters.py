@@ -125,14 +125,6 @@ def _unit_part(match: re.Match[str]) -> str:
     return match[0]
 
 
-def value_latex(number: float, literal: str | None = None) -> str:
-    """Write a value for math mode, as the scene wrote it if that is known."""
-    text = literal if literal is not None else repr(number)
-    text = text.removesuffix(".0")
-    sign, digits = ("-", text[1:]) if text.startswith("-") else ("", text)
-    return f"{sign}{latex_number(digits)}"
-
-
 #: Columns of a matrix of amsmath, unless a document asks for more.
 _MOST_COLUMNS = 10
 
@@ -242,5 +234,6 @@ class LatexLetters(Letters):
     def unit(self, text: str) -> str:
         return unit_latex(text)
 
-    def value(self, number: float, literal: str | None = None) -> str:
-        return value_latex(number, literal)
+    def digits(self, text: str) -> str:
+        sign = "-" if text.startswith("-") else ""
+        return sign + latex_number(text.removeprefix("-"))

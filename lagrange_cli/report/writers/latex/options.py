@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -107,7 +107,7 @@ class LatexOptions:
         return {"page": page, "column": _COLUMN}[self.width] if points is None else points
 
     @property
-    def _columns(self) -> float:
+    def columns(self) -> float:
         """Return columns of half an em of a line."""
         points = self._points
         return points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
@@ -118,19 +118,10 @@ class LatexOptions:
         rows = 6 if self.style == "beamer" else 24
         return Typesetter(
             Lettering(LatexLetters(equations, self.macros), self.say),
-            self._columns,
+            self.columns,
             self.numbered,
             equations.presentation.name,
             picture,
             rows,
             self.macros,
         )
-
-    def definitions(self, equations: Equations, body: Iterable[str]) -> str:
-        """Return definitions of the macros that stand in a body, each line with its end."""
-        lines = (
-            []
-            if self.macros is None
-            else self.macros.definitions(equations.presentation.name, body)
-        )
-        return "".join(f"{line}\n" for line in lines)

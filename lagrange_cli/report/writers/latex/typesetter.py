@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeAlias
 
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.latex import LatexPrinter
@@ -90,13 +91,26 @@ class Typesetter(RowSetter):
     def alone(self, label: str) -> str:
         return rf"{_ALONE}{{$\displaystyle {label}$}}"
 
+    def definitions(self, body: Iterable[str]) -> str:
+        """Return definitions of the macros that stand in a body, each line with its end."""
+        lines = [] if self.macros is None else self.macros.definitions(self.stem, body)
+        return "".join(f"{line}\n" for line in lines)
+
     def section(self, section: Section) -> list[str]:
         """Return the heading of a section and its blocks."""
-        return [rf"\section*{{{self.text(section.heading)}}}", *self.blocks(section)]
+        heading = self.text(section.heading)
+        return [*([rf"\section*{{{heading}}}"] if heading else []), *self.blocks(section)]
 
     def blocks(self, section: Section) -> list[str]:
         """Return the blocks of a section without its heading."""
-        return [line for block in self.fitted(section) for line in self._block(block, section.name)]
+        lines: list[str] = []
+        is_inline = False
+        for block in self.fitted(section):
+            # A table is as a letter in the paragraph in which it stands.
+            ends = is_inline and isinstance(block, Paragraph)
+            lines += [*([""] if ends else []), *self._block(block, section.name)]
+            is_inline = isinstance(block, Table)
+        return lines
 
     def _block(self, block: PlainBlock, part: str) -> list[str]:
         match block:
@@ -186,11 +200,13 @@ class Typesetter(RowSetter):
         """Return the lines of a table; a long one is several, between which pages may end."""
         lines = [list(map(self.text, row)) for row in (table.heads, *table.rows)]
         widths = [max(map(letter_count, column)) + 3 for column in zip(*lines, strict=True)]
-        fits = sum(widths) <= self.columns
+        fits, has_prose = sum(widths) <= self.columns, table.prose in table.heads
         columns = self._columns(table, fits=fits)
         heads, *rows = lines
         parts = range(0, len(rows), self.most_rows)
-        shown = (_part(columns, heads, rows[k : k + self.most_rows], fits=fits) for k in parts)
+        is_wide = sum(widths) > _WIDEST_SMALL * self.columns
+        sides = _FITTING if fits else _WITH_PROSE if has_prose else _SMALL[is_wide]
+        shown = (_part(columns, heads, rows[k : k + self.most_rows], sides) for k in parts)
         return [line for part in shown for line in part]
 
     def _columns(self, table: Table, *, fits: bool) -> str:
@@ -203,20 +219,40 @@ class Typesetter(RowSetter):
         return rf"\label{{eq:{self.stem}:{part}:{number}}}"
 
 
+_Sides: TypeAlias = tuple[str, str, str, str]
+"""What stands before and after a table, its environment, and the environment's width."""
+
+#: Of a table that fits a line; of others with a column of sentences, and of those without one,
+#: which are set in small and smaller print.
+_FITTING: _Sides = ("", "", "tabular", "")
+_WITH_PROSE: _Sides = (r"{\setlength{\tabcolsep}{3pt}", "}", "tabularx", r"{\linewidth}")
+_SMALL: tuple[_Sides, _Sides] = (
+    (r"{\footnotesize\setlength{\tabcolsep}{3pt}", "}", "tabular", ""),
+    (r"{\scriptsize\setlength{\tabcolsep}{3pt}", "}", "tabular", ""),
+)
+
+#: Width of a table that fits a line in small print, as a part of the line. Less than the ratio of
+#: the letters and of the spaces between columns asks for.
+_WIDEST_SMALL = 1.2
+
+
 def _part(
-    columns: str, heads: Sequence[str], rows: Sequence[Sequence[str]], *, fits: bool
+    columns: str,
+    heads: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    sides: _Sides,
 ) -> list[str]:
     """Return the lines of a table that is kept on one page."""
-    name, size = ("tabular", "") if fits else ("tabularx", r"{\linewidth}")
+    before, after, name, size = sides
     return [
-        r"\par\medskip" if fits else r"\par\medskip{\setlength{\tabcolsep}{3pt}",
+        rf"\par\medskip{before}",
         rf"\begin{{{name}}}{size}{{@{{}}{columns}@{{}}}}",
         r"  \toprule",
         _cells(heads),
         r"  \midrule",
         *map(_cells, rows),
         r"  \bottomrule",
-        rf"\end{{{name}}}" + ("" if fits else "}"),
+        rf"\end{{{name}}}{after}",
     ]
 
 

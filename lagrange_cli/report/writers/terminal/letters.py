@@ -76,8 +76,8 @@ class UnicodeLetters(Letters):
     def unit(self, text: str) -> str:
         return escape_controls(text)
 
-    def value(self, number: float, literal: str | None = None) -> str:
-        return (repr(number) if literal is None else literal).removesuffix(".0")
+    def digits(self, text: str) -> str:
+        return text
 
     def bold(self, letter: str, order: int = 0) -> str:
         return self.symbol(letter, order)

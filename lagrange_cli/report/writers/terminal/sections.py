@@ -5,21 +5,25 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 from unicodedata import combining
 
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
-from lagrange_cli.notation.page import USUAL_WIDTH, Row, formula, words
+from lagrange_cli.notation.page import USUAL_WIDTH, Page, Row, formula, page, words
 from lagrange_cli.notation.page import Block as PageBlock
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
+from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.report.inlines import Lettering
-from lagrange_cli.report.tables import TableColumn, labelled, table
+from lagrange_cli.report.phrases.language import Language
+from lagrange_cli.report.tables import TableColumn, labelled, sentence_row, table
 from lagrange_cli.report.tree import (
     Block,
     Bullets,
     Cases,
+    Document,
     Formula,
     Formulas,
     Labelled,
@@ -37,6 +41,7 @@ from lagrange_cli.report.tree import (
     Verbatim,
 )
 from lagrange_cli.report.writers.fitting import Fitting
+from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -46,6 +51,15 @@ _WORDS_INDENT, _FORMULA_INDENT = 2, 4
 
 #: Labels that are longer are not aligned with the others.
 _LONGEST_LABEL = 24
+
+
+def report_page(document: Document, say: Language, *, ascii: bool = False) -> Page:
+    """Return a document as a page, its sections set apart."""
+    printer = ScenePrinter() if ascii else UnicodePrinter()
+    letters = AsciiLetters() if ascii else UnicodeLetters()
+    writer = SectionRows(Lettering(letters, say.in_ascii() if ascii else say), printer)
+    title = Section("", (Paragraph(document.title, "heading"),) if document.title else ())
+    return page(map(writer.section, (title, *document.sections)), ascii=ascii)
 
 
 @dataclass(frozen=True)
@@ -68,14 +82,26 @@ class SectionRows:
 
     def section(self, section: Section) -> list[Row | PageBlock]:
         """Return the rows of a section, its heading first; formulas are indented."""
-        body = [row for block in section.blocks for row in self._block(block)]
-        return [Row(self.lettering.text(section.heading), role="heading"), *body]
+        heading = self.lettering.text(section.heading)
+        if not heading:
+            return [row for block in section.blocks for row in self._block(block)]
+        rows: list[Row | PageBlock] = [Row(heading, role="heading")]
+        for block in section.blocks:
+            # Labels below a heading are no headings.
+            if isinstance(block, Labelled):
+                pairs = (map(self.lettering.text, pair) for pair in block.rows)
+                rows += labelled(*((label, text) for label, text in pairs), indent=_WORDS_INDENT)
+            else:
+                rows += self._block(block)
+        return rows
 
     def _block(self, block: Block) -> Sequence[Row | PageBlock]:
         text = self.lettering.text
         match block:
             case Formulas(rows):
                 return self._aligned(list(self.fitting.each(rows)))
+            case Paragraph(shown, role) if role:
+                return [sentence_row(text(shown), role)]
             case Paragraph(shown) | Title(shown):
                 return [Row("", " " * min(self.margin, _WORDS_INDENT), words(text(shown)))]
             case Law(shown):
@@ -146,11 +172,16 @@ class SectionRows:
 
     def _table(self, block: Table) -> list[Row]:
         """Return a table whose columns are as wide as their cells; sentences stand last."""
-        heads = sorted(range(len(block.heads)), key=lambda k: block.heads[k] == block.prose)
-        align: list[Literal["<", ">"]] = [">" if h in block.numeric else "<" for h in block.heads]
-        lines = [[self.lettering.text(row[k]) for k in heads] for row in (block.heads, *block.rows)]
-        columns = [TableColumn(lines[0][n], align=align[k]) for n, k in enumerate(heads)]
-        return table(columns, lines[1:])
+        text, prose = self.lettering.text, block.prose or None
+        order = sorted(range(len(block.heads)), key=lambda k: block.heads[k] == prose)
+        heads = [block.heads[k] for k in order]
+        columns = [
+            TableColumn(text(head), least=block.digits, align=">")
+            if head in block.numeric
+            else TableColumn(text(head))
+            for head in heads
+        ]
+        return table(columns, [[text(row[k]) for k in order] for row in block.rows])
 
     def _aligned(self, rows: Sequence[Formula]) -> Sequence[Row | PageBlock]:
         """Return rows with their first signs of equality below each other."""

@@ -18,12 +18,13 @@ from lagrange_cli.notation.printers.typst import (
     typst_text,
     typst_unit,
 )
+from lagrange_cli.notation.symbols import printable
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.contents.derivation.contents import Content, asked_content
+from lagrange_cli.report.contents.derivation.contents import Content, asked_content, titled
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.ranges import typst_ranges
 from lagrange_cli.report.writers.typst.typesetter import Typesetter
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
-    from lagrange_cli.report.tree import Section
+    from lagrange_cli.report.tree import Document, Section
 
 _PRINTER = TypstPrinter()
 
@@ -132,8 +133,7 @@ class TypstLetters(Letters):
     def unit(self, text: str) -> str:
         return self.inline(typst_unit(text)) if text.strip() else ""
 
-    def value(self, number: float, literal: str | None = None) -> str:
-        text = (literal if literal is not None else repr(number)).removesuffix(".0")
+    def digits(self, text: str) -> str:
         sign = "-" if text.startswith("-") else ""
         return sign + typst_number(text.removeprefix("-"))
 
@@ -169,12 +169,19 @@ def emit_typst(
     say, written_out = language(str(options["language"])), bool(options["written_out"])
     writer = DocumentWriter(equations, written_out=written_out)
     setter = Typesetter(Lettering(TypstLetters(equations), say), stem=equations.presentation.name)
-    sections = content.sections(writer)
-    blocks = [_opening(equations, say.code, content.about), *_body(sections, setter)]
-    return {
-        f"{equations.presentation.name}.typ": "\n\n".join("\n".join(block) for block in blocks)
-        + "\n"
-    }
+    document = titled(equations, content.about, content.sections(writer))
+    return {f"{document.name}.typ": _document_typst(document, setter)}
+
+
+def report_typst(document: Document, say: Language) -> str:
+    """Return a document that Typst compiles by itself."""
+    lettering = Lettering(TypstLetters(), say)
+    return _document_typst(document, Typesetter(lettering, stem=document.name))
+
+
+def _document_typst(document: Document, setter: Typesetter) -> str:
+    blocks = [_opening(document, setter), *_body(document.sections, setter)]
+    return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 
 def _body(sections: Sequence[Section], setter: Typesetter) -> Iterator[list[str]]:
@@ -189,13 +196,12 @@ def _body(sections: Sequence[Section], setter: Typesetter) -> Iterator[list[str]
             yield [*begun, "#block(sticky: true)[", *ended, "]"]
 
 
-def _opening(equations: Equations, language: str, about: str) -> list[str]:
-    title = typst_prose(equations.presentation.title or equations.presentation.name)
+def _opening(document: Document, setter: Typesetter) -> list[str]:
     lines = [
-        f"// {equations.presentation.name}: {about}, written by lagrange",
-        f'{_PREAMBLE}#set text(lang: "{language}")\n',
-        f"#align(center, text(size: 17pt)[{title}])",
+        f"// {printable(document.name)}: {document.about}, written by lagrange",
+        f'{_PREAMBLE}#set text(lang: "{setter.lettering.say.code}")\n',
+        f"#align(center, text(size: 17pt)[{setter.text(document.title)}])",
     ]
-    if equations.presentation.description:
-        lines += ["", typst_prose(equations.presentation.description)]
+    if document.description:
+        lines += ["", setter.text(document.description)]
     return lines

@@ -31,6 +31,9 @@ _MOST_LINES = 6
 _NO_ROOM = re.compile(r'\b(?:frac|upright|bold|scripts|thin|dot\.double|dot)\b|[_^(),\s"]')
 _LETTER = re.compile(r"[a-zA-Z.]{2,}")
 
+#: What takes no room in a cell with numbers.
+_SIGNS = re.compile(r'\$|\^|[()]|times |#raw|"')
+
 
 @dataclass(frozen=True)
 class Typesetter(RowSetter):
@@ -61,7 +64,8 @@ class Typesetter(RowSetter):
 
     def section(self, section: Section) -> list[str]:
         """Return the heading of a section and its blocks."""
-        return [f"= {self.text(section.heading)}", *self.blocks(section)]
+        heading = self.text(section.heading)
+        return [*([f"= {heading}"] if heading else []), *self.blocks(section)]
 
     def blocks(self, section: Section) -> list[str]:
         """Return the blocks of a section without its heading."""
@@ -85,7 +89,8 @@ class Typesetter(RowSetter):
             case Labelled(rows):
                 yield from (f"/ {self.text(a)}: {self.text(b)}" for a, b in rows)
             case Verbatim(lines):
-                yield f"#raw(block: true, {typst_string(chr(10).join(lines))})"
+                shown = ", ".join(map(typst_string, lines))
+                yield rf'#raw(block: true, ({shown},).join("\n"))'
             case Picture():
                 pass
 
@@ -112,7 +117,12 @@ class Typesetter(RowSetter):
     # -- tables ---------------------------------------------------------------------
 
     def _table(self, table: Table) -> Iterator[str]:
-        """Return a table between lines; a long one runs over pages."""
+        """Return a table between lines; a long one runs over pages, a wide one is small."""
+        lines = zip(*(map(self.text, row) for row in (table.heads, *table.rows)), strict=True)
+        room = sum(max(len(_SIGNS.sub("", cell)) for cell in column) + 3 for column in lines)
+        is_small = room > self.columns and table.prose not in table.heads
+        if is_small:
+            yield "#text(size: 0.7em)["
         widths = ", ".join("1fr" if head == table.prose else "auto" for head in table.heads)
         aligned = ("right" if head in table.numeric else "left" for head in table.heads)
         yield "#table("
@@ -123,7 +133,7 @@ class Typesetter(RowSetter):
         for row in table.rows:
             yield f"  {self._cells(row)},"
         yield "  table.hline(),"
-        yield ")"
+        yield ")]" if is_small else ")"
 
     def _cells(self, row: Sequence[Text]) -> str:
         return ", ".join(f"[{self.text(cell)}]" for cell in row)

@@ -1,0 +1,23 @@
+"""Numbers of results within sentences and tables, in the digits that they are to have."""
+
+from __future__ import annotations
+
+import math
+
+from lagrange_cli.report.inlines import Inline, Listed, Mark, Plain, Text
+
+
+def digits(text: str) -> Inline:
+    """Return a number with all digits of a text, as ``-1.20e-05``; one that is not finite is a
+    word."""
+    return Inline(Mark("digits" if math.isfinite(float(text)) else "upright", (text,)))
+
+
+def decimal(value: float | None, form: str = ".9g") -> Text:
+    """Return a number in a format of :func:`format`, a dash for None."""
+    return "-" if value is None else digits(format(value, form))
+
+
+def assigned(name: str, value: Text) -> Listed:
+    """Return ``name = value`` for a name of the scene."""
+    return Listed((Plain(name), " = ", value), between="")

@@ -1,0 +1,53 @@
+"""Formats of reports of values, the same for all: text, documents, JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+
+from lagrange_cli.files import can_encode
+from lagrange_cli.notation.page import Page
+from lagrange_cli.report.phrases.language import Language, language
+from lagrange_cli.report.registry import contents_of, json_of
+from lagrange_cli.report.tables import json_text
+from lagrange_cli.report.tree import Document
+
+#: Format of documents → module of :mod:`.writers`, and its function of a document and a language.
+_WRITERS = {
+    "latex": ("latex.document", "report_latex"),
+    "markdown": ("markdown", "report_markdown"),
+    "typst": ("typst.document", "report_typst"),
+    "html": ("html", "report_html"),
+}
+
+#: Names of the formats.
+FORMATS = ("text", *_WRITERS, "json")
+
+
+@dataclass(frozen=True)
+class ReportForm:
+    """The format of a report, and the language of its words, one of ``LANGUAGES``."""
+
+    format: str = "text"
+    language: str = "en"
+
+    def written(self, value: object, encoding: str = "utf-8") -> str | Page:
+        """Return the report of a value; text is in plain ASCII where an encoding has no more."""
+        if self.format == "json":
+            return json_text(json_of(value))
+        document, say = contents_of(value), language(self.language)
+        if self.format == "text":
+            return _page(document, say, encoding)
+        module, function = _WRITERS[self.format]
+        write: Callable[[Document, Language], str]
+        write = getattr(import_module(f"{__package__}.writers.{module}"), function)
+        return write(document, say)
+
+
+def _page(document: Document, say: Language, encoding: str) -> Page:
+    from lagrange_cli.report.writers.terminal.sections import report_page
+
+    page = report_page(document, say)
+    is_plain = can_encode(page.text(), encoding)
+    return page if is_plain else report_page(document, say, ascii=True)
