@@ -59,6 +59,9 @@ _LETTERS = 10
 #: Place and shape of a bar of colours.
 _BAR: dict[str, Any] = {"fraction": 0.046, "pad": 0.03, "aspect": 28}
 
+#: Colours of a bar: more of them become an image, which .pgf does not take.
+_STEPS = 48
+
 _DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (6, 1, 1, 1, 1, 1)))
 _SYMBOLS = "os^vDP*X"
 
@@ -143,7 +146,7 @@ class _Writer:
             )
 
     def _draw_line(self, axes: Axes, line: Line, look: Look) -> None:
-        colour = _level_colour(line.level or 0.0) if look.colour is None else look.colour
+        colour = look.colour or _colour_map()(line.level)
         style: dict[str, Any] = {
             "color": colour,
             "linewidth": look.width,
@@ -213,17 +216,15 @@ def _draw_bar(figure: Figure, bar: ColourBar, grid: list[Axes], writer: _Writer)
     from matplotlib.colors import Normalize
 
     scale = ScalarMappable(Normalize(bar.low, bar.high), _colour_map())
-    figure.colorbar(scale, ax=grid, label=writer.shown(bar.axis.label), **_BAR)
+    drawn = figure.colorbar(scale, ax=grid, label=writer.shown(bar.axis.label), **_BAR)
+    if drawn.solids is not None:
+        drawn.solids.set_edgecolor("face")
 
 
 def _colour_map() -> Any:
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list("lagrange", BAR_COLOURS)
-
-
-def _level_colour(level: float) -> Any:
-    return _colour_map()(level)
+    return LinearSegmentedColormap.from_list("lagrange", BAR_COLOURS, _STEPS)
 
 
 def draw_map(plane: PlaneMap, ending: str) -> bytes:

@@ -88,7 +88,8 @@ def test_matplotlib_draws_them_the_same_every_time(name, ending):
 @pytest.mark.slow
 @pytest.mark.latex
 @pytest.mark.parametrize("name", pictures())
-def test_tex_compiles(name, tmp_path):
-    require_tex_package("pgfplots.sty")
-    (tmp_path / "a.tex").write_bytes(drawn(pictures()[name], "tex"))
-    compile_picture(tmp_path, "pgfplots", "a.tex")
+@pytest.mark.parametrize(("ending", "package"), [("tex", "pgfplots"), ("pgf", "pgf")])
+def test_tex_compiles(name, ending, package, tmp_path):
+    require_tex_package(f"{package}.sty")
+    (tmp_path / f"a.{ending}").write_bytes(drawn(pictures()[name], ending))
+    compile_picture(tmp_path, package, f"a.{ending}")
