@@ -57,7 +57,7 @@ def test_text_is_a_table_and_a_sentence():
     shown = stressed()
     assert shown.startswith("weights: 15 runs: 13 right, 0 degraded with a right estimate, 2 ref")
     assert "0 silently wrong" in shown.splitlines()[0]
-    assert "  mass_ratio   1e-12  m1 = 1e-12" in shown
+    assert "  mass_ratio  1e-12  m1 = 1e-12" in shown
     assert "the mass of 'first' must be positive" in shown
     assert "Reference  " in shown
     assert max(map(len, shown.splitlines())) < 170
