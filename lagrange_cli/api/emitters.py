@@ -10,45 +10,22 @@ format promises.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
-from lagrange_cli.report.document_options import (
-    FORM,
-    HTML_OPTIONS,
-    LATEX_OPTIONS,
-    MARKDOWN_OPTIONS,
-    TEXT_OPTIONS,
-    TYPST_OPTIONS,
-)
+from lagrange_cli.report.document_options import DOCUMENTS, writer_of
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 
-def _latex(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.report.writers.latex.document import emit_latex
-
-    return emit_latex(equations, options)
-
-
-def _markdown(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.report.writers.markdown import emit_markdown
-
-    return emit_markdown(equations, options)
-
-
-def _typst(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.report.writers.typst.document import emit_typst
-
-    return emit_typst(equations, options)
-
-
-def _html(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.report.writers.html import emit_html
-
-    return emit_html(equations, options)
+def _document(
+    name: str, equations: Equations, options: Mapping[str, OptionValue]
+) -> dict[str, str]:
+    files: dict[str, str] = writer_of(name, "emit")(equations, options)
+    return files
 
 
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -96,41 +73,17 @@ _CANONICAL = Option(
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
-        Emitter(
-            name="latex",
-            title="LaTeX: a document that compiles, or a snippet for lecture notes",
-            extensions=(".tex",),
-            single_file=True,
-            run=_latex,
-            shows_steps=True,
-            options=LATEX_OPTIONS,
-        ),
-        Emitter(
-            name="markdown",
-            title="Markdown with formulas in LaTeX, for notebooks and repositories",
-            extensions=(".md",),
-            single_file=True,
-            run=_markdown,
-            shows_steps=True,
-            options=MARKDOWN_OPTIONS,
-        ),
-        Emitter(
-            name="typst",
-            title="Typst: a document that compiles",
-            extensions=(".typ",),
-            single_file=True,
-            run=_typst,
-            shows_steps=True,
-            options=TYPST_OPTIONS,
-        ),
-        Emitter(
-            name="html",
-            title="HTML: a page with formulas in MathML, for any browser",
-            extensions=(".html",),
-            single_file=True,
-            run=_html,
-            shows_steps=True,
-            options=HTML_OPTIONS,
+        *(
+            Emitter(
+                name=name,
+                title=form.title,
+                extensions=(form.ending,),
+                single_file=True,
+                run=partial(_document, name),
+                shows_steps=True,
+                options=form.options,
+            )
+            for name, form in DOCUMENTS.items()
         ),
         Emitter(
             name="c",
@@ -188,16 +141,6 @@ EMITTERS: dict[str, Emitter] = {
     )
 }
 """Every format by the name that ``--to`` takes."""
-
-DERIVED: dict[str, tuple[Option, ...]] = {
-    "text": TEXT_OPTIONS,
-    "latex": tuple(o for o in LATEX_OPTIONS if o is not FORM),
-    "markdown": tuple(o for o in MARKDOWN_OPTIONS if o is not FORM),
-    "typst": tuple(o for o in TYPST_OPTIONS if o is not FORM),
-    "html": tuple(o for o in HTML_OPTIONS if o is not FORM),
-    "json": (Option("latex", "the expressions in LaTeX too", further=True),),
-}
-"""Format of ``derive --format`` → its options beside those of ``derive`` itself."""
 
 
 def emitter(name: str) -> Emitter:

@@ -422,14 +422,6 @@ steps = in_order(
 #: ``-o FILE.json``.
 report_path = file("-o --output", "Write the report, as .json.", callback=writable_as(".json"))
 
-#: ``-o FILE.json``, ``FILE.npz`` or, in place of what is printed, a file of the format.
-analysis_path = file(
-    "-o --output",
-    "Write the report, as .json, the matrices, as .npz, or what --format says, as .txt, .tex, .md"
-    ", .typ or .html.",
-    callback=writable_as(".json", ".npz", ".txt", ".tex", ".md", ".typ", ".html"),
-)
-
 #: ``--traceback``.
 traceback = _session_flag(
     "--traceback", "traceback", True, "Show the program's traceback with an error."

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib import import_module
+from typing import Any, Literal
 
 from lagrange_cli.emit.base import Option, OptionValue
 from lagrange_cli.errors import InputError, Problem
@@ -142,16 +144,79 @@ TEXT_OPTIONS = (
 #: Names of the options that documents of a derivation have alone.
 _OF_DERIVATIONS = ("form", "sections", "written_out")
 
+
+@dataclass(frozen=True, slots=True)
+class DocumentFormat:
+    """A format of documents.
+
+    Attributes
+    ----------
+    title
+        Its description in a few words.
+    ending
+        That of its files.
+    module
+        Module of :mod:`.writers` that has ``emit_NAME(equations, options, content)``, which
+        returns file name → text, and ``report_NAME(document, language)``, which returns a text.
+    options
+        Its options for derivations.
+    """
+
+    title: str
+    ending: str
+    module: str
+    options: tuple[Option, ...]
+
+
+#: Every format of documents by its name; a format is listed here and nowhere else.
+DOCUMENTS = {
+    "latex": DocumentFormat(
+        "LaTeX: a document that compiles, or a snippet for lecture notes",
+        ".tex",
+        "latex.document",
+        LATEX_OPTIONS,
+    ),
+    "markdown": DocumentFormat(
+        "Markdown with formulas in LaTeX, for notebooks and repositories",
+        ".md",
+        "markdown",
+        MARKDOWN_OPTIONS,
+    ),
+    "typst": DocumentFormat(
+        "Typst: a document that compiles", ".typ", "typst.document", TYPST_OPTIONS
+    ),
+    "html": DocumentFormat(
+        "HTML: a page with formulas in MathML, for any browser", ".html", "html", HTML_OPTIONS
+    ),
+}
+
+#: Format of ``derive --format`` → its options beside those of ``derive`` itself.
+DERIVED: dict[str, tuple[Option, ...]] = {
+    "text": TEXT_OPTIONS,
+    **{name: tuple(o for o in one.options if o is not FORM) for name, one in DOCUMENTS.items()},
+    "json": (Option("latex", "the expressions in LaTeX too", further=True),),
+}
+
 #: Format of ``analyze --format`` → its options. The parts of an analysis are options of the
 #: command, and a family's elements are always written out.
 ANALYZED: dict[str, tuple[Option, ...]] = {
     "text": (_LANGUAGE,),
-    "latex": tuple(o for o in LATEX_OPTIONS if o.name not in _OF_DERIVATIONS),
-    "markdown": (_LANGUAGE,),
-    "typst": (_LANGUAGE,),
-    "html": (_LANGUAGE,),
+    **{
+        name: tuple(o for o in one.options if o.name not in _OF_DERIVATIONS)
+        for name, one in DOCUMENTS.items()
+    },
     "json": (),
 }
+
+#: Format of a report → ending of its files.
+ENDINGS = {"text": ".txt", **{name: one.ending for name, one in DOCUMENTS.items()}, "json": ".json"}
+
+
+def writer_of(name: str, kind: Literal["emit", "report"]) -> Callable[..., Any]:
+    """Return the function of a format of documents, which imports its module."""
+    module = import_module(f"{__package__}.writers.{DOCUMENTS[name].module}")
+    function: Callable[..., Any] = getattr(module, f"{kind}_{name}")
+    return function
 
 
 def sections_of(options: Mapping[str, OptionValue], *, forces: bool) -> tuple[str, ...]:

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 
 from lagrange_cli.files import can_encode
 from lagrange_cli.notation.page import Page
+from lagrange_cli.report.document_options import ENDINGS, writer_of
 from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tables import json_text
 from lagrange_cli.report.tree import Document
 
-#: Format of documents → module of :mod:`.writers`, and its function of a document and a language.
-_WRITERS = {
-    "latex": ("latex.document", "report_latex"),
-    "markdown": ("markdown", "report_markdown"),
-    "typst": ("typst.document", "report_typst"),
-    "html": ("html", "report_html"),
-}
-
 #: Names of the formats.
-FORMATS = ("text", *_WRITERS, "json")
+FORMATS = tuple(ENDINGS)
 
 
 @dataclass(frozen=True)
@@ -39,10 +30,8 @@ class ReportForm:
         document, say = contents_of(value), language(self.language)
         if self.format == "text":
             return _page(document, say, encoding)
-        module, function = _WRITERS[self.format]
-        write: Callable[[Document, Language], str]
-        write = getattr(import_module(f"{__package__}.writers.{module}"), function)
-        return write(document, say)
+        text: str = writer_of(self.format, "report")(document, say)
+        return text
 
 
 def _page(document: Document, say: Language, encoding: str) -> Page:

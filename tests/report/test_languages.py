@@ -19,7 +19,7 @@ from lagrange_cli import load
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.api.analyzed import Analyzed
-from lagrange_cli.api.emitters import DERIVED, EMITTERS
+from lagrange_cli.api.formats import DERIVED, EMITTERS
 from lagrange_cli.errors import InternalError
 from lagrange_cli.report.phrases.language import LANGUAGES, language
 from lagrange_cli.report.writers.terminal import derivation_text

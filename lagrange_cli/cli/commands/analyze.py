@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.api.formats import ANALYZED, completed
+from lagrange_cli.api.formats import ANALYZED, ENDINGS, completed
 from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
@@ -26,15 +26,9 @@ if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
     from lagrange_cli.api.analyzed import Analyzed
 
-#: Name of a format → ending of its files.
-ENDINGS = {
-    "text": ".txt",
-    "latex": ".tex",
-    "markdown": ".md",
-    "typst": ".typ",
-    "html": ".html",
-    "json": ".json",
-}
+
+#: Endings of files in place of what is printed.
+_OF_FORMATS = tuple(ending for name, ending in ENDINGS.items() if name != "json")
 
 
 @click.command(cls=Command)
@@ -109,7 +103,12 @@ ENDINGS = {
     help="With --along: number of samples.  [default: the scene's, or 501]",
 )
 @heading("Output")
-@options.analysis_path
+@options.file(
+    "-o --output",
+    "Write the report, as .json, the matrices, as .npz, or what --format says, as"
+    f" {', '.join(_OF_FORMATS)}.",
+    callback=options.writable_as(".json", ".npz", *_OF_FORMATS),
+)
 @click.option(
     "--format",
     "format_",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
 from lagrange_cli.notation.page import Page, page
@@ -25,22 +25,22 @@ from lagrange_cli.report.contents.analysis.wording import part_words, phrased, s
 from lagrange_cli.report.contents.derivation.conservation import Further, balance, conserved
 from lagrange_cli.report.contents.derivation.contents import Content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.document_options import ANALYZED, LATEX_OPTIONS
+from lagrange_cli.report.document_options import (
+    ANALYZED,
+    DOCUMENTS,
+    LATEX_OPTIONS,
+    writer_of,
+)
 from lagrange_cli.report.inlines import Lettering, say, symbol
 from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.tree import Labelled, Section, formulas, section, seen
-from lagrange_cli.report.writers.html import emit_html
-from lagrange_cli.report.writers.latex.document import emit_latex
-from lagrange_cli.report.writers.markdown import emit_markdown
 from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 from lagrange_cli.report.writers.terminal.results import ResultRows
 from lagrange_cli.report.writers.terminal.sections import title_row
-from lagrange_cli.report.writers.typst.document import emit_typst
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
-    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.notation.vocabulary import Vocabulary
 
 
@@ -129,16 +129,6 @@ def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") 
     return page([[title], *map(rows.section, sections)], ascii=ascii)
 
 
-_Emit: TypeAlias = Callable[["Equations", Mapping[str, OptionValue], Content], dict[str, str]]
-
-#: Format → what writes a content in it.
-_FORMATS: dict[str, _Emit] = {
-    "latex": emit_latex,
-    "markdown": emit_markdown,
-    "typst": emit_typst,
-    "html": emit_html,
-}
-
 #: What options of derivations are where a document holds none.
 _DEFAULTS: dict[str, OptionValue] = {option.name: option.default for option in LATEX_OPTIONS}
 
@@ -146,7 +136,7 @@ _DEFAULTS: dict[str, OptionValue] = {option.name: option.default for option in L
 def analysis_document(
     analysis: Analysis, to: str, options: Mapping[str, OptionValue] | None = None
 ) -> dict[str, str]:
-    """Return file name → text of an analysis in ``latex``, ``markdown``, ``typst`` or ``html``.
+    """Return file name → text of an analysis in a format of documents.
 
     Parameters
     ----------
@@ -162,10 +152,12 @@ def analysis_document(
     InputError
         There is no such format or option, or the option does not take the value.
     """
-    if to not in _FORMATS:
-        listed = ", ".join(_FORMATS)
+    if to not in DOCUMENTS:
+        listed = ", ".join(DOCUMENTS)
         message = f"an analysis has no format '{to}'; there are {listed}"
-        raise unknown_choice(message, to, list(_FORMATS))
+        raise unknown_choice(message, to, list(DOCUMENTS))
     chosen = completed(to, ANALYZED[to], options or {})
     content = Content("analysis", partial(analysis_sections, analysis))
-    return _FORMATS[to](analysis.equations, {**_DEFAULTS, **chosen}, content)
+    write = writer_of(to, "emit")
+    files: dict[str, str] = write(analysis.equations, {**_DEFAULTS, **chosen}, content)
+    return files
