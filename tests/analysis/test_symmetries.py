@@ -6,6 +6,7 @@ import mpmath
 import pytest
 import sympy as sp
 
+from lagrange_cli.analysis.symmetries.conserved_quantities import energy_loss, energy_sum
 from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries, linear_symmetries
 from lagrange_cli.api import loads
 from lagrange_cli.mechanics import derive
@@ -186,6 +187,28 @@ def test_quantities_stay_along_accurate_motions(name: str) -> None:
     sizes = [1 + abs(a) for a in ends[0]]
     moved = [abs(a - b) / size for a, b, size in zip(*ends, sizes, strict=True)]
     assert max(moved) < 1e-6, dict(zip(names(found), moved, strict=True))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("error")
+def test_masses_of_very_different_size_decide_energies():
+    """The inertias of p and q differ by 300 digits, and M is not singular."""
+    scene = """
+name: rods
+parameters: {l: 1}
+plane: xz
+particles:
+  a: {mass: 10^300, position: [l*sin(p), 0, -l*cos(p)]}
+  b: {mass: 2, position: [x_a + l*L*sin(q), 0, z_a - l*L*cos(q)]}
+definitions: {L: 1 + sin(t)/10}
+coordinates: [p, q]
+potentials: {w: {gravity: 1}}
+initial: {p: 0.5, q: 0.3}
+"""
+    equations = loads(scene).derive().equations
+    assert linear_symmetries(equations).proven == ()
+    assert energy_sum(equations) is None
+    assert energy_loss(equations).depends_on_time
 
 
 @pytest.mark.slow

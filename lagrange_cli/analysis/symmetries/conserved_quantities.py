@@ -209,16 +209,30 @@ def _is_nonzero(equations: Equations, still: sp.Expr, slopes: Sequence[sp.Expr])
     with mpmath.workdps(_DIGITS):
         try:
             values = evaluate(wanted, state)
-        except DomainError:
+            terms = [values[n * n + n]]
+            if any(slopes):
+                accelerations = _accelerations(values[: n * n], values[n * n : n * n + n])
+                along = values[n * n + n + 1 :]
+                terms += [s * a for s, a in zip(along, accelerations, strict=True)]
+        except (DomainError, ZeroDivisionError):
             return False
-        terms = [values[n * n + n]]
-        if any(slopes):
-            mass = mpmath.matrix(n, n)
-            for k in range(n * n):
-                mass[k // n, k % n] = values[k]
-            solution = mpmath.lu_solve(mass, mpmath.matrix(values[n * n : n * n + n]))
-            terms += [s * a for s, a in zip(values[n * n + n + 1 :], solution, strict=True)]
         return bool(abs(mpmath.fsum(terms)) > _NOTHING * max(map(abs, terms)))
+
+
+def _accelerations(mass: Sequence[mpf], forcing: Sequence[mpf]) -> list[mpf]:
+    """Solve M a = f, M row by row, in units that make the inertias of all coordinates 1.
+
+    Inertias of very different size look singular in others; ZeroDivisionError if M is singular.
+    """
+    n = len(forcing)
+    units = [1 / mpmath.sqrt(abs(mass[k * n + k]) or 1) for k in range(n)]
+    matrix, right = mpmath.matrix(n, n), mpmath.matrix(n, 1)
+    for i, unit in enumerate(units):
+        right[i] = unit * forcing[i]
+        for j, other in enumerate(units):
+            matrix[i, j] = unit * other * mass[i * n + j]
+    solution = mpmath.lu_solve(matrix, right)
+    return [unit * x for unit, x in zip(units, solution, strict=True)]
 
 
 def energy_loss(equations: Equations) -> EnergyLoss | None:

@@ -273,7 +273,7 @@ class _Search:
     def slope(self, row: Array) -> Array:
         """Return the derivatives of ξ·p − F by p and q at one state, for a null vector."""
         slope = row @ self._slopes
-        return np.asarray(slope / np.linalg.norm(slope))
+        return np.asarray(slope / np.hypot.reduce(slope))
 
     def _slopes_at(self, state: dict[sp.Symbol, float], momenta: Array) -> Array:
         """Return the derivatives of ξ·p − F for each unknown by itself, shape (unknowns, 2n)."""
