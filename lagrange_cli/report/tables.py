@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -19,73 +19,48 @@ class TableColumn:
     ----------
     heading
         The text above it.
-    width
-        Fewest characters; None for those of its longest cell.
-    align
-        ``<`` for words, ``>`` for numbers.
-    before
-        The text between it and the column on its left.
     least
         Fewest characters beside those of its longest cell.
+    align
+        ``<`` for words, ``>`` for numbers.
     """
 
     heading: str = ""
-    width: int | None = None
-    align: Literal["<", ">"] = "<"
-    before: str = "  "
     least: int = 0
-
-    def fitted(self, cells: Iterable[str]) -> int:
-        """Return the width for cells of this column."""
-        return max(self.least, *map(len, cells)) if self.width is None else self.width
+    align: Literal["<", ">"] = "<"
 
 
-def table(
-    columns: Sequence[TableColumn],
-    rows: Sequence[Sequence[str]],
-    *,
-    heading: bool = True,
-    role: Role = "name",
-) -> list[Row]:
+def table(columns: Sequence[TableColumn], rows: Sequence[Sequence[str]]) -> list[Row]:
     """Write rows under each other; the last cell of each is broken where it does not fit.
 
     Parameters
     ----------
     columns
-        From the left; the first one's ``before`` is the indentation.
+        From the left.
     rows
-        Texts of cells; a row may end early, and its last cell be wider than the column.
-    heading
-        True if the first line has the columns' headings.
-    role
-        Role of the first cells.
+        Texts of cells.
     """
     names = [column.heading for column in columns]
-    lines = [names, *rows] if heading else rows
-    widths = [c.fitted(row[k] for row in lines if k < len(row)) for k, c in enumerate(columns)]
-    written = [_row(columns, widths, row, role) for row in rows]
-    if not heading:
-        return written
+    cells = zip(names, *rows, strict=True)
+    widths = [max(c.least, *map(len, column)) for c, column in zip(columns, cells, strict=True)]
     whole = "".join(_cells(columns, widths, names)).rstrip()
-    return [Row(whole, role="heading"), *written]
+    return [Row(whole, role="heading"), *(_row(columns, widths, row) for row in rows)]
 
 
 def _cells(columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str]) -> list[str]:
-    cells = zip(columns, widths, row, strict=False)
-    return [f"{c.before}{cell:{c.align}{width}}" for c, width, cell in cells]
+    cells = zip(columns, widths, row, strict=True)
+    return [f"  {cell:{c.align}{width}}" for c, width, cell in cells]
 
 
-def _row(
-    columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str], role: Role
-) -> Row:
+def _row(columns: Sequence[TableColumn], widths: Sequence[int], row: Sequence[str]) -> Row:
     first, *others = _cells(columns, widths, row)
     name = first.rstrip()
     if not others:
-        return Row(name, role=role)
+        return Row(name, role="name")
     *middle, last = others
     lead = first[len(name) :] + "".join(middle)
     blanks = len(last) - len(last.lstrip())
-    return Row(name, lead + last[:blanks], words(last[blanks:]), role)
+    return Row(name, lead + last[:blanks], words(last[blanks:]), "name")
 
 
 def labelled(*rows: tuple[str, str], indent: int = 0) -> list[Row]:
