@@ -229,8 +229,8 @@ def _accelerations(mass: Sequence[mpf], forcing: Sequence[mpf]) -> list[mpf]:
     matrix, right = mpmath.matrix(n, n), mpmath.matrix(n, 1)
     for i, unit in enumerate(units):
         right[i] = unit * forcing[i]
-        for j, other in enumerate(units):
-            matrix[i, j] = unit * other * mass[i * n + j]
+        for j, second_unit in enumerate(units):
+            matrix[i, j] = unit * second_unit * mass[i * n + j]
     solution = mpmath.lu_solve(matrix, right)
     return [unit * x for unit, x in zip(units, solution, strict=True)]
 
