@@ -79,10 +79,17 @@ def test_no_text_of_a_scene_acts(name, evil):
         *("div", "table", "thead", "tbody", "tr", "th", "td", "ul", "li", "dl", "dt", "dd", "pre"),
         *("code", "math", "mrow", "mn", "mo", "mi", "msup", "mtext", "mspace", "script"),
     } - {"script"}
-    for line in re.sub(r"^```.*?^```$", "", written(value, "markdown"), flags=re.M | re.S).split(
+    for line in re.sub(r"^(`{3,}).*?^\1$", "", written(value, "markdown"), flags=re.M | re.S).split(
         "\n"
     ):
         assert not re.search(r"(?<!\\)<|(?<!\\)\[[^\]]*\]\(", re.sub(r"`[^`]*`", "", line))
+
+
+def test_no_line_ends_a_diagram_of_letters():
+    latex = written(VALUES["checked"]("\\end{verbatim}\\input{x}"), "latex")
+    assert latex.count("\\end{verbatim}") == 1
+    assert latex.index("\\input{x}", latex.index("\\begin{verbatim}")) < latex.index("\\end{verb")
+    assert written(VALUES["checked"]("````"), "markdown").count("\n`````") == 2
 
 
 @pytest.mark.slow

@@ -123,7 +123,10 @@ def _block(block: PlainBlock, setter: Typesetter) -> Iterator[str]:
             )
             yield "\n".join(f"- {setter.text(term)}" for term in terms)
         case Verbatim(lines):
-            yield "\n".join(["```text", *lines, "```"])
+            # A fence is longer than any within it.
+            runs = re.findall("`+", "\n".join(lines))
+            fence = "`" * max(3, *(len(run) + 1 for run in runs), 0)
+            yield "\n".join([f"{fence}text", *lines, fence])
         case Picture():
             pass
 

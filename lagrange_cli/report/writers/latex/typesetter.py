@@ -133,7 +133,8 @@ class Typesetter(RowSetter):
                 )
                 return _list(map(self.text, terms))
             case Verbatim(lines):
-                return [r"\begin{verbatim}", *lines, r"\end{verbatim}"]
+                shown = (line.replace(r"\end{verbatim}", r"\end {verbatim}") for line in lines)
+                return [r"\begin{verbatim}", *shown, r"\end{verbatim}"]
             case Picture():
                 return [r"\begin{center}", self.picture, r"\end{center}"]
 
