@@ -275,7 +275,8 @@ class HtmlSetter(RowSetter):
         return f'<mtext id="eq-{part}-{number}">({sum(self.counts.values())})</mtext>'
 
     def _table(self, table: Table) -> Iterator[str]:
-        kinds = [' class="number"' if head in table.numeric else "" for head in table.heads]
+        names = dict.fromkeys(table.numeric, "number") | {table.prose: "prose"}
+        kinds = [f' class="{names[head]}"' if head in names else "" for head in table.heads]
         heads = zip(kinds, map(self.text, table.heads), strict=True)
         yield '<div class="table"><table>'
         shown = "".join(f'<th scope="col"{kind}>{head}</th>' for kind, head in heads)
@@ -319,11 +320,14 @@ mover[accent="true"] > mo:nth-child(2) { transform: translateY(-0.2ex); }
 .results > math > mtable > mtr > mtd:nth-child(2) { width: 100%; }
 .results > math > mtable > mtr > mtd:nth-child(3) { padding-left: 1.5em; }
 table { border-collapse: collapse; border: solid var(--line); border-width: 1px 0; }
+.table { position: relative; left: 50%; transform: translateX(-50%); }
+.table { width: max-content; min-width: 100%; max-width: calc(100vw - 2rem); }
 th { text-align: left; border-bottom: 1px solid var(--line); }
 .number { text-align: right; }
 dt { font-weight: bold; }
 pre { overflow-x: auto; line-height: 1.2; }
 th, td { padding: 0.15rem 1.2rem 0.15rem 0; vertical-align: baseline; }
+td:not(.prose) { white-space: nowrap; }
 figure { margin: 1rem 0; text-align: center; }
 figure svg { max-width: 100%; height: auto; }
 @media (max-width: 43rem) {
@@ -334,6 +338,7 @@ figure svg { max-width: 100%; height: auto; }
   body { max-width: none; padding: 0; font-size: 11pt; }
   h1, h2, .subject, .law { break-after: avoid; }
   .display, .table { overflow: visible; }
+  .table { left: 0; transform: none; max-width: none; font-size: 9pt; }
   tr, mtr, figure { break-inside: avoid; }
 }
 """
