@@ -189,6 +189,13 @@ def test_quantities_stay_along_accurate_motions(name: str) -> None:
     assert max(moved) < 1e-6, dict(zip(names(found), moved, strict=True))
 
 
+def test_a_constant_that_is_zero_in_doubles_is_no_divisor():
+    scene = "{particles: {b: {mass: 1, position: [x, y, 0]}}, coordinates: [x, y],"
+    scene += " potentials: {v: exp(-1e18)*(x - y)^2 + sqrt(2)*(x - y)^2}, initial: {x: 0, y: 1}}"
+    found = linear_symmetries(loads(scene).derive().equations).proven
+    assert [len(s.expression.free_symbols) for s in found][:1] == [2]
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_masses_of_very_different_size_decide_energies():

@@ -312,13 +312,12 @@ class _Search:
     def _ratios(self) -> list[tuple[float, sp.Expr]]:
         """Numbers that entries may be multiples of: 1, values of parameters, and quotients."""
         numbers = self._samples.parameters
-        sources = [
-            self.equations.system.lagrangian,
-            *(g for row in self.gradients for g in row.values()),
-        ]
+        gradients = (g for row in self.gradients for g in row.values())
+        sources = [self.equations.system.lagrangian, *gradients]
         functions = {f for e in sources for f in e.atoms(sp.Function)}
         known = sorted((f for f in functions if f.free_symbols <= numbers.keys()), key=str)
-        sizes = numbers | {f: float(f.xreplace(numbers)) for f in known if not is_unknown(f)}
+        values = {f: float(f.xreplace(numbers)) for f in known if not is_unknown(f)}
+        sizes = numbers | {f: x for f, x in values.items() if 0 < abs(x) < np.inf}  # exp(-1e18) = 0
         ratios = [(1.0, sp.Integer(1))]
         for a, x in sizes.items():
             ratios += [(x, a), (1 / x, 1 / a)]
