@@ -107,7 +107,7 @@ class Derivation(Derived):
 
         ``options``: ``sections`` and ``language``, as of the command.
         """
-        from lagrange_cli.report.writers.terminal import derivation_text
+        from lagrange_cli.report.contents.derivation.contents import derivation_text
 
         return derivation_text(self.equations, ascii=ascii, form=form, width=width, **options)
 
@@ -133,7 +133,7 @@ class Derivation(Derived):
             return json_text(self.report(form=form, latex=bool(options.get("latex"))))
         if to != "text":
             return self.emit(to, form=form, **options).popitem()[1]
-        from lagrange_cli.report.writers.terminal import derivation_page
+        from lagrange_cli.report.contents.derivation.contents import derivation_page
 
         write = partial(derivation_page, self.equations, form=form, options=options)
         return page_in(encoding, lambda plain: write(ascii=plain), ascii)

@@ -33,7 +33,8 @@ from lagrange_cli.errors import Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.notation.build import display_sum
-from lagrange_cli.notation.scene_language import ScenePrinter, to_scene_language
+from lagrange_cli.notation.printers.scene import ScenePrinter
+from lagrange_cli.notation.scene_language import to_scene_language
 from lagrange_cli.notation.vocabulary import vocabulary, with_symbols
 from lagrange_cli.scene.conditions import Expect, InitialValue, StateExpectation
 from lagrange_cli.scene.language.expression import Equation

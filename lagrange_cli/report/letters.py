@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.symbols import multiplier_symbol
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -37,7 +36,11 @@ class Letters(ABC):
 
     def __init__(self, equations: Equations | None = None) -> None:
         #: LaTeX of the names that the scene says how to print.
-        self.written: Mapping[str, str] = {} if equations is None else latex_overrides(equations)
+        self.written: Mapping[str, str] = {}
+        if equations is not None:
+            from lagrange_cli.notation.vocabulary import latex_overrides  # imports SymPy
+
+            self.written = latex_overrides(equations)
 
     def override(self, name: str) -> str | None:
         """Return the scene's LaTeX of a name; the name of a multiplier is ``lambda(rod)``."""

@@ -86,6 +86,8 @@ class Formula(Visible):
         Those of a vector that the label is, or none.
     aside
         A remark that a terminal has at the end of the line, or empty.
+    brief
+        What a terminal prints in place of the formula, or empty.
     otherwise
         Formulas in its place where one of its sides takes most of a line.
     """
@@ -98,6 +100,7 @@ class Formula(Visible):
     ranges: Text = ""
     components: tuple[Text, ...] = ()
     aside: Text = ""
+    brief: Text = ""
     otherwise: tuple[Formula, ...] = ()
 
 

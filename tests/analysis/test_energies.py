@@ -150,7 +150,7 @@ def test_constraints_that_move_are_named():
 def test_text_and_documents_say_it():
     hoop = shipped("beads/bead_on_rotating_hoop")
     for text in (hoop.text(), hoop.analyze("symmetries").text()):
-        assert "T + V = h + m R² ω² sin²θ   " in text
+        assert "T + V - h = m R² ω² sin²θ\n" in text
         assert "not conserved: the prescribed motion does work" in text
         assert "d(T + V)/dt = 2 m R² ω² θ̇ sin θ cos θ" in text
     (document,) = hoop.emit("latex").values()

@@ -15,9 +15,9 @@ from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import derive, interpret
 from lagrange_cli.notation.symbols import latex_name, multiplier_name, text_name
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.report.writers.latex.document import equations_latex
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import parse_expression, read_text
 from tests.emit import emit_closures as closures
 from tests.parts import changed

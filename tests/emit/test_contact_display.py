@@ -12,9 +12,9 @@ import pytest
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.report.writers.latex.document import equations_latex
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import read_text
 
 BEAD = """

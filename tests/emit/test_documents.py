@@ -13,9 +13,9 @@ import pytest
 
 from lagrange_cli import InputError, load, loads
 from lagrange_cli.cli.main import run
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS, SECTIONS, is_width, length
 from lagrange_cli.report.writers.latex.letters import Macros
-from lagrange_cli.report.writers.terminal import derivation_text
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 

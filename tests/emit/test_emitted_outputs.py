@@ -10,9 +10,9 @@ import pytest
 
 from lagrange_cli import loads
 from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.report.writers.latex.document import latex_document
-from lagrange_cli.report.writers.terminal import derivation_text
 from tests.emit.emitted_c import Compiled
 
 PENDULUM = """

@@ -10,8 +10,8 @@ import sympy as sp
 
 from lagrange_cli import load, loads
 from lagrange_cli.mechanics.dynamics.accelerations import explicit_form
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
-from lagrange_cli.report.writers.terminal import derivation_text
 
 BOB = "particles: {bob: {mass: 2, position: [x, y, z]}}\n"
 CHAIN = """

@@ -12,8 +12,8 @@ import pytest
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics import derive, interpret
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import parse_expression, read_text
 
 PENDULUM = """

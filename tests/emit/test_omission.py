@@ -11,7 +11,7 @@ import sympy
 from lagrange_cli import load, loads
 from lagrange_cli.cli.main import run
 from lagrange_cli.notation.vocabulary import MOST_OPERATIONS, Omission, operations
-from lagrange_cli.report.writers.terminal import derivation_text
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 

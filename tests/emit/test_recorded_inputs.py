@@ -13,9 +13,9 @@ from lagrange_cli.cli.main import run
 from lagrange_cli.emit.shared_code import MOST_WRITTEN
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.report.writers.latex.document import latex_document
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import read_file
 from lagrange_cli.simulate import simulate
 from tests.emit.emitted_c import WARNINGS, compiler, write

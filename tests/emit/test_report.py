@@ -121,7 +121,7 @@ def test_output_does_not_depend_on_the_hash_seed():
     code = (
         "import json; from tests.emit import emit_scenes as s\n"
         "from lagrange_cli.report.values.derivation import derivation_report\n"
-        "from lagrange_cli.report.writers.terminal import derivation_text\n"
+        "from lagrange_cli.report.contents.derivation.contents import derivation_text\n"
         "from lagrange_cli.api.emitters import EMITTERS\n"
         "for e in (s.masses_through_hole(), s.chain_pendulum(3), s.damped_driven()):\n"
         "    for form in ('lagrange', 'explicit'):\n"

@@ -13,8 +13,8 @@ from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.mechanics import derive, interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.step_values import Way
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import parse_expression, read_text
 from tests.emit.test_latex import compiled, logs_by_document, one_document, overfull
 from tests.mechanics.steps.test_steps import FULL

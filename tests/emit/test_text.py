@@ -12,8 +12,8 @@ from lagrange_cli.mechanics.findings import Conserved, ConstraintLine
 from lagrange_cli.notation.layout import FACTOR_DEPTH, Piece, break_lines, columns, joined
 from lagrange_cli.notation.page import USUAL_WIDTH
 from lagrange_cli.notation.symbols import latex_name, text_name
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.writers.latex.document import latex_document
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.scene import read_text
 from tests.emit.emit_scenes import (
     HALF,

@@ -6,9 +6,9 @@ import pytest
 
 from lagrange_cli.notation.printers.latex import LatexPrinter
 from lagrange_cli.notation.printers.mathml import MathmlPrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.printers.typst import TypstPrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
-from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import (
     Dependence,
     DisplayCall,

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from lagrange_cli import api
-from lagrange_cli.report.writers.terminal import derivation_text
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 
 HERE = Path(__file__).resolve().parent
 SYSTEMS = HERE.parents[1] / "systems"

@@ -21,8 +21,8 @@ from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.api.analyzed import Analyzed
 from lagrange_cli.api.formats import DERIVED, EMITTERS
 from lagrange_cli.errors import InternalError
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.phrases.language import LANGUAGES, language
-from lagrange_cli.report.writers.terminal import derivation_text
 from tests.parts import changed
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"

@@ -5,4 +5,4 @@ order. Read :mod:`.one_line` first, on which those of the terminal and of scenes
 :mod:`.typeset`, on which the others do.
 """
 
-__all__ = ["latex", "mathml", "one_line", "typeset", "typst", "unicode"]
+__all__ = ["latex", "mathml", "one_line", "scene", "typeset", "typst", "unicode"]

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
+from lagrange_cli.notation.scene_language import ExpressionPrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from lagrange_cli.report.contents.analysis.contacts import with_results
 from lagrange_cli.report.values.branches import BRANCHES, named_branches

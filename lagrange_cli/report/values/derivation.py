@@ -18,7 +18,8 @@ from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display
 from lagrange_cli.notation.ordering import sum_of
 from lagrange_cli.notation.printers.latex import LatexPrinter
-from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
+from lagrange_cli.notation.scene_language import ExpressionPrinter
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 from lagrange_cli.notation.vocabulary import vocabulary
 from lagrange_cli.report.values.expressions import (

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import rest_system
 from lagrange_cli.mechanics.step_values import Way
-from lagrange_cli.notation.scene_language import ExpressionPrinter, ScenePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
+from lagrange_cli.notation.scene_language import ExpressionPrinter
 from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.values.expressions import CONDITIONS, by_symbol
 from lagrange_cli.report.values.json_types import (

@@ -7,9 +7,9 @@ import sympy as sp
 
 from lagrange_cli import loads
 from lagrange_cli.errors import InternalError
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.report.writers.latex.document import latex_document
-from lagrange_cli.report.writers.terminal import derivation_text
 from tests.parts import changed
 
 MASS = "name: s\nplane: xz\nparameters: {m: 2, k: 3, c: 0.5, A: 1, w: 2}\n"

@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.certify.certificate import certify
 from lagrange_cli.mechanics.certify.printed import certify_rates
 from lagrange_cli.mechanics.equations import RateForm
 from lagrange_cli.notation.build import display_row
-from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from lagrange_cli.scene import read_file, read_text
 

@@ -8,7 +8,7 @@ import mpmath
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.notation.families import FamilyNotation
-from lagrange_cli.notation.scene_language import ScenePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from lagrange_cli.scene.language.expression import Add, Call, Mul, Name, Neg, Number, Pow
 from lagrange_cli.scene.language.families import read_expression

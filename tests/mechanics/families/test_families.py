@@ -12,7 +12,7 @@ from lagrange_cli.mechanics.families.elements import element_of
 from lagrange_cli.mechanics.families.families import families_in
 from lagrange_cli.mechanics.families.instances import Instances
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
-from lagrange_cli.report.writers.terminal import derivation_text
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from tests.mechanics.families import scenes
 from tests.mechanics.families.reading import DIGITS, Page
 

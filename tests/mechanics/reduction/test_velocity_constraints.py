@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.reduction.integrability import (
     integrable_rank,
     integrate_form,
 )
-from lagrange_cli.report.writers.terminal import derivation_text
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from tests.mechanics.closures_support import close, holds, solved, state_of
 from tests.mechanics.mechanics_support import derived, number, refusal
 

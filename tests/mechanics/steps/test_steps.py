@@ -241,7 +241,7 @@ def test_nothing_of_steps_is_loaded_unless_they_are_asked_for() -> None:
         f"derivation = load({str(SYSTEMS / 'lecture' / 'bead_on_parabola.yaml')!r}).derive()\n"
         "assert derivation.equations.derivation.steps is None\n"
         "derivation.text(), derivation.report()\n"
-        "print([m for m in sys.modules if '.steps' in m])\n"
+        "print([m for m in sys.modules if '.mechanics.steps' in m])\n"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "[]\n"

@@ -13,9 +13,9 @@ from lagrange_cli import loads
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cache import open_cache
 from lagrange_cli.errors import InputError
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.report.values.derivation import derivation_report
 from lagrange_cli.report.writers.latex.document import latex_document
-from lagrange_cli.report.writers.terminal import derivation_text
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
 from lagrange_cli.notation.page import Page, page
+from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
-from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.report.contents.analysis.branches import branch_sections
 from lagrange_cli.report.contents.analysis.contacts import contacts_section, with_results
 from lagrange_cli.report.contents.analysis.equilibria import equilibria_section

@@ -20,6 +20,7 @@ from lagrange_cli.report.inlines import (
     AT_MOST,
     Expression,
     Label,
+    Listed,
     Sentence,
     Text,
     enumerated,
@@ -149,7 +150,7 @@ class Places:
         for k, c in enumerate(self.analysis.rest_equations.system.coordinates):
             label = self.writer.coordinate(c)
             if c.name in free:
-                rows.append(Formula(label, (), middle=upright(say("any"))))
+                rows.append(Formula(label + upright(Listed((" ", say("any")), "")), ()))
                 continue
             closed = None if exact is None else exact[k]
             has_number = position is not None and _has_one_number(closed, free)

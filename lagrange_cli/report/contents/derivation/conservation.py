@@ -181,10 +181,10 @@ def _balance(writer: DocumentWriter) -> Iterator[Block]:
     label = labels["E" if change.kind == "energy" else "h"]
     energy = writer.total(label, change.parts or (equations.system.energy,))
     if energy_is_sum(equations, change):
-        energy = replace(energy, middle=labels["T"] + " + " + labels["V"])
+        energy = _brief(energy, label + " = " + labels["T"] + " + " + labels["V"])
     rate = writer.total(differential(label), (change.rate,))
     if change.is_dissipation:
-        rate = replace(rate, middle="-2 " + labels["D"])
+        rate = _brief(rate, differential(label) + " = -2 " + labels["D"])
     sentence: Written = say(
         "Along a motion {energy} changes at the given rate", energy=Inline(label)
     )
@@ -217,5 +217,11 @@ def _symbol(writer: DocumentWriter, quantity: Conserved) -> Label:
 def _row(writer: DocumentWriter, quantity: Conserved) -> Formula:
     row = writer.total(_symbol(writer, quantity), quantity.parts or (quantity.expression,))
     if energy_is_sum(writer.equations, quantity):
-        return replace(row, middle=writer.labels["T"] + " + " + writer.labels["V"])
+        labels = writer.labels
+        return _brief(row, _symbol(writer, quantity) + " = " + labels["T"] + " + " + labels["V"])
     return row
+
+
+def _brief(row: Formula, equality: Label) -> Formula:
+    """Return a row that begins with an equality, all that a terminal has."""
+    return replace(row, label=equality, brief=equality)

@@ -1,4 +1,4 @@
-"""The parts of a document: their names, their order, and which stand in it by default."""
+"""The parts of a report of a derivation, their order, and what a terminal prints of them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
+from lagrange_cli.emit.base import OptionValue, completed
 from lagrange_cli.emit.initial_state import multiple_of_pi
 from lagrange_cli.notation.labels import multiplier_label
+from lagrange_cli.notation.page import USUAL_WIDTH, Page, page
+from lagrange_cli.notation.printers.one_line import OneLinePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
+from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.report.contents.derivation.conservation import balance, conserved
 from lagrange_cli.report.contents.derivation.energies import energies, generalized_forces
 from lagrange_cli.report.contents.derivation.freedom import freedom
@@ -21,9 +26,10 @@ from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
 from lagrange_cli.report.contents.sentences import certificate_line
 from lagrange_cli.report.contents.steps.board import certified_line, conclusions, working
 from lagrange_cli.report.contents.steps.writer import StepsWriter
-from lagrange_cli.report.document_options import sections_of
+from lagrange_cli.report.document_options import DEFAULT_SECTIONS, TEXT_OPTIONS, sections_of
 from lagrange_cli.report.inlines import (
     Inline,
+    Lettering,
     Prose,
     Text,
     magnitude,
@@ -34,6 +40,7 @@ from lagrange_cli.report.inlines import (
     symbol,
     value,
 )
+from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.tree import (
     Block,
     Document,
@@ -45,6 +52,8 @@ from lagrange_cli.report.tree import (
     section,
     seen,
 )
+from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
+from lagrange_cli.report.writers.terminal.sections import TerseRows, title_row
 
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
@@ -329,3 +338,65 @@ def _below_with_steps(
 
 def _sketch(writer: DocumentWriter) -> Section | None:
     return section(say("Sketch"), Picture())
+
+
+# In a terminal.
+
+
+def derivation_text(
+    equations: Equations,
+    *,
+    ascii: bool = False,
+    form: str = "lagrange",
+    width: int = USUAL_WIDTH,
+    **options: OptionValue,
+) -> str:
+    """Write the derivation in lines of ``width`` columns where formulas allow; see
+    :func:`derivation_page`. ``options`` are those of the registry for text."""
+    return derivation_page(equations, ascii=ascii, form=form, options=options).text(width)
+
+
+def derivation_page(
+    equations: Equations,
+    *,
+    ascii: bool = False,
+    form: str = "lagrange",
+    options: Mapping[str, OptionValue] | None = None,
+) -> Page:
+    """Write the derivation: degrees of freedom, energies, equations, what is conserved.
+
+    Parameters
+    ----------
+    equations
+        What a derivation yields.
+    ascii
+        Seven-bit text with formulas in the scene language; else Unicode.
+    form
+        ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations and
+        multipliers where few are coupled, and rows of M q̈ = f where more are; or one of
+        :data:`.forms.contents.FORMS`.
+    options
+        ``sections`` and ``language`` as the registry declares them for text.
+
+    Raises
+    ------
+    InternalError
+        An expression has no exact form in print.
+    """
+    chosen = completed("text", TEXT_OPTIONS, options or {})
+    say = language(str(chosen["language"]))
+    written_out = bool(chosen["written_out"])
+    writer = DocumentWriter(equations, written_out=written_out, read_back=ascii)
+    # The scene has the parameters; they are shown with steps, and where they are asked for.
+    asked = sections_of(chosen, forces=equations.derivation.constraint_forces is not None)
+    is_usual = chosen["sections"] == DEFAULT_SECTIONS and equations.derivation.steps is None
+    parts = [part for part in asked if not (is_usual and part == "system")]
+    lettering = Lettering(AsciiLetters(), say.in_ascii())
+    printer: OneLinePrinter = ScenePrinter()
+    if not ascii:
+        is_lowered = writer.families is not None
+        lettering = Lettering(UnicodeLetters(lowered=is_lowered), say)
+        printer = UnicodePrinter(lowered=is_lowered)
+    rows = TerseRows(lettering, printer)
+    sections = seen(contents(writer, parts, form), "terminal")
+    return page([[title_row(equations, ascii=ascii)], *map(rows.section, sections)], ascii=ascii)

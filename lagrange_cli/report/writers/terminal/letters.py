@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import escape_controls
 from lagrange_cli.notation.layout import width
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
-from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.ranges import text_ranges

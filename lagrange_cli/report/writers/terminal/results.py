@@ -62,6 +62,8 @@ class ResultRows(TerseRows):
                 return super()._block(block)
 
     def _terse(self, row: Formula, name: str, lead: str) -> Row:
+        if row.brief:
+            return super()._terse(row, name, lead)
         label = " " * self.margin + self.lettering.text(row.label)
         return named_row(label, " = ", self._right(row), self.lettering.text(row.aside))
 
@@ -71,7 +73,7 @@ class ResultRows(TerseRows):
         general = (
             f"({', '.join(map(text, row.components))})" if row.components else text(row.middle)
         )
-        if general:
+        if general or not row.chain:
             return list(words(general))
         first, *others = (self.printer.pieces(self.lettering.node(node)) for node in row.chain)
         return [*(deeper(first, 2) if others else first), *equated(others)]
@@ -96,8 +98,10 @@ class ResultRows(TerseRows):
         """Return formulas with commas between them."""
         pieces: list[Piece] = []
         for row in place:
-            label = f"{self.lettering.text(row.label)} = "
-            shown = prefixed(self._right(row), label, columns(label))
+            label, right = self.lettering.text(row.label), self._right(row)
+            shown = [Piece(label, columns(label))]
+            if right:
+                shown = prefixed(right, f"{label} = ", columns(label) + 3)
             pieces = [*suffixed(pieces, ",", 1), *_spaced(shown)] if pieces else shown
         return pieces
 

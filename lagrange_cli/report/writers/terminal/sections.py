@@ -13,8 +13,8 @@ from lagrange_cli.notation.layout import Piece, columns, deeper, suffixed
 from lagrange_cli.notation.page import USUAL_WIDTH, Page, Row, formula, page, words
 from lagrange_cli.notation.page import Block as PageBlock
 from lagrange_cli.notation.printers.one_line import OneLinePrinter
+from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
-from lagrange_cli.notation.scene_language import ScenePrinter
 from lagrange_cli.notation.symbols import text_prose
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import Language
@@ -261,6 +261,8 @@ class TerseRows(SectionRows):
         text = self.lettering.text
         bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
         label, middle, aside = map(text, (row.label, row.middle, row.aside))
+        if row.brief:
+            label, _, middle = text(row.brief).partition(" = ")
         begin = f"{' ' * self.margin}{name}{lead}"
         if not label:
             ends = f" {self.printer.at_least} 0" if row.multiplier else " = 0"
@@ -269,9 +271,10 @@ class TerseRows(SectionRows):
             pieces = self._ranged([*left, *right], text(row.ranges))
             return named_row(begin, "", pieces, aside)
         body = bodies[0] if bodies and not middle else list(words(middle))
+        equals, shown = " = " if body else "", self._ranged(body, text(row.ranges))
         if not name:
-            return named_row(begin + label, " = ", self._ranged(body, text(row.ranges)), aside)
-        return named_row(begin, f"{label} = ", self._ranged(body, text(row.ranges)), aside)
+            return named_row(begin + label, equals, shown, aside)
+        return named_row(begin, label + equals, shown, aside)
 
 
 def named_row(begin: str, lead: str, pieces: Sequence[Piece], aside: str) -> Row:
