@@ -421,7 +421,7 @@ def closed(text: Written) -> Listed:
 
 
 Text: TypeAlias = Written | str
-"""Words within a line; texts are in the letters of their format already."""
+"""Words within a line; texts, as digits and signs, are the same in every format and language."""
 
 
 @dataclass(frozen=True)
@@ -432,7 +432,7 @@ class Lettering:
     say: Language
 
     def text(self, text: Text) -> str:
-        """Return words or a formula as a text; texts are in the letters of the format already."""
+        """Return words or a formula in the letters of the format; texts stay as they are."""
         return text if isinstance(text, str) else text.write(self)
 
     def within(self, part: Text) -> str:

@@ -1,7 +1,7 @@
 """The tree of a report, free of formats: sections of words, laws, labelled formulas, tables, lists.
 
 Words and general formulas within lines are those of :mod:`.inlines`. Contents make trees, writers
-print them. Where a text stands in place of words, it is in the letters of its format already.
+print them. A text that stands in place of words is the same in every format and language.
 """
 
 from __future__ import annotations
