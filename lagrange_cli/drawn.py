@@ -1,6 +1,7 @@
-"""Values that the room of pictures draws, which stands above them and knows their types.
+"""Values that the rooms of pictures and of reports show, which stand above them.
 
-A value has :meth:`Drawn.plot` and imports nothing that draws: the registry is called by its name.
+A value has :meth:`Drawn.plot` and what notebooks ask for, and imports nothing that draws or writes:
+registries, which know values by their types, are called by their names.
 """
 
 from __future__ import annotations
@@ -10,6 +11,9 @@ from importlib import import_module
 
 #: The room above all values, in which pictures are registered by type.
 _PICTURES = "lagrange_cli.pictures"
+
+#: The formats of reports, whose contents are registered by type.
+_FORMATS = "lagrange_cli.report.formats"
 
 
 class Drawn:
@@ -24,6 +28,14 @@ class Drawn:
             matplotlib is not installed, or it cannot write such a file.
         """
         draw_into(path, self)
+
+
+class Reported:
+    """A value with a report."""
+
+    def _repr_markdown_(self) -> str:
+        """Return the report, which notebooks show."""
+        return str(import_module(_FORMATS).ReportForm("markdown").written(self))
 
 
 def draw_into(path: str | os.PathLike[str], value: object, asked: str | None = None) -> None:

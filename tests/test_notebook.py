@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -141,15 +142,14 @@ def test_an_ensemble_shows_its_members(derivation):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("frozen_garbage")
-def test_a_trade_shows_its_front(derivation):
+def test_a_trade_shows_its_front(derivation, katex):
     trade = derivation.tradeoff(methods=["DOP853"], repeat=1, until=0.5)
     assert repr(trade).startswith("<Trade of double_pendulum: ")
-    front, recommended = Tables(trade._repr_html_()).captions
-    assert front.startswith("double_pendulum until t = 0.5: best of ")
-    assert recommended == "Recommended"
-    shown = Tables(trade._repr_html_())
-    first = trade.recommended[0]
-    assert shown.cell(f"{first.accuracy:.0e}")[0] == first.point.setting.method
+    page = trade._repr_markdown_()
+    assert page.startswith("# double\\_pendulum until t = $0.5$: ")
+    assert "| method | setting | error | seconds |" in page
+    assert f"--method {trade.recommended[0].point.setting.method} --rtol" in page
+    assert katex(re.findall(r"\$([^$]+)\$", page)) == []
 
 
 def test_a_derivation_shows_a_page_and_formulas(derivation, katex):
@@ -221,13 +221,10 @@ def test_an_analysis_shows_its_page(derivation, katex):
 def test_paths_show_actions_and_starts():
     ball = load(ROOT / "systems" / "lecture" / "thrown_ball.yaml").derive()
     paths = ball.path({"x": 0, "z": 0, "t": 0}, {"x": 4, "z": 0, "t": 1}, starts=2)
-    shown = Tables(paths._repr_html_())
-    assert shown.captions[0].startswith("thrown_ball: paths of stationary action, error ")
-    assert shown.rows[0] == ["action", "kind", "index", "dot(x)", "dot(z)"]
-    ((action, kind, index, *rates),) = shown.rows[1:]
-    assert float(action) == pytest.approx(paths.solutions[0].action)
-    assert (kind, index) == ("minimum", "0")
-    assert [float(x) for x in rates] == pytest.approx([4, 4.905])
+    (table,) = [line for line in paths._repr_markdown_().splitlines() if "minimum" in line]
+    action, *rates = (float(x) for x in re.findall(r"\$([-\d.]+)\$", table)[-3:])
+    assert action == pytest.approx(paths.solutions[0].action, rel=1e-6)
+    assert rates == pytest.approx([4, 4.905])
 
 
 def test_fits_show_values_with_their_errors(tmp_path):
@@ -240,13 +237,15 @@ def test_fits_show_values_with_their_errors(tmp_path):
     ]
     path.write_text("t,theta\n" + "\n".join(lines) + "\n")
     fit = pendulum.fit(path, ["l"])
-    shown = Tables(fit._repr_html_())
-    assert shown.captions == ["pendulum: ok"]
-    value, error, start = shown.cell("l")
-    assert float(value) == pytest.approx(fit.values[0].value)
-    assert (float(error), float(start)) == (pytest.approx(fit.values[0].error, rel=0.1), 1.0)
-    hostile = replace(fit, name=HOSTILE, reason=HOSTILE)
-    assert Tables(hostile._repr_html_()).captions == [f"{HOSTILE}: ok: {HOSTILE}"]
+    (row,) = [line for line in fit._repr_markdown_().splitlines() if line.startswith("| l |")]
+    plain = re.sub(r" \\times 10\^\{(-?\d+)\}", r"e\1", row)
+    value, error, start = (float(x.strip(" $")) for x in plain.split("|")[2:5])
+    assert value == pytest.approx(fit.values[0].value, rel=1e-6)
+    assert (error, start) == (pytest.approx(fit.values[0].error, rel=0.1), 1.0)
+    marred = replace(fit, name=HOSTILE, status="undetermined", reason=HOSTILE)
+    hostile = marred._repr_markdown_()
+    assert "<script>" not in hostile
+    assert "\\<script\\>" in hostile
 
 
 def test_exponents_are_a_table():

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lagrange_cli.drawn import Drawn
-from lagrange_cli.notation.html import html_table, html_text
+from lagrange_cli.drawn import Drawn, Reported
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array
@@ -63,7 +62,7 @@ class FittedColumn:
 
 
 @dataclass(frozen=True)
-class Fit(Drawn):
+class Fit(Drawn, Reported):
     """The result of a fit.
 
     Attributes
@@ -116,18 +115,3 @@ class Fit(Drawn):
         """Return one line for a terminal."""
         listed = ", ".join(f"{v.name} = {v.value:.6g}" for v in self.values)
         return f"<Fit of {self.name}: {listed}; {self.status}>"
-
-    def _repr_html_(self) -> str:
-        """Return a table of the values, which notebooks show."""
-        rows = [
-            [
-                html_text(v.name),
-                f"{v.value:.9g}",
-                "" if v.error is None else f"{v.error:.2g}",
-                f"{v.start:.6g}",
-            ]
-            for v in self.values
-        ]
-        reason = f": {html_text(self.reason)}" if self.reason else ""
-        caption = f"<b>{html_text(self.name)}</b>: {self.status.replace('_', ' ')}{reason}"
-        return html_table(caption, ("name", "value", "error", "start"), rows, len(rows))

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.drawn import Drawn
+from lagrange_cli.drawn import Drawn, Reported
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
-from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.results.formats import as_csv
 from lagrange_cli.studies.path.measure import StationaryPath
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Paths(Drawn):
+class Paths(Drawn, Reported):
     """Paths of stationary action between two configurations at two times.
 
     Attributes
@@ -87,22 +86,6 @@ class Paths(Drawn):
         return (
             f"<Paths of {self.name}: {len(self.solutions)} ({kinds}), error {self.estimated:.1g}>"
         )
-
-    def _repr_html_(self) -> str:
-        """Return a table of the paths, which notebooks show."""
-        rates = [f"dot({name})" for name in self.coordinates]
-        rows = [
-            [
-                f"{path.action:.9g}",
-                path.conjugacy.kind,
-                "" if path.conjugacy.index is None else f"{path.conjugacy.index}",
-                *(f"{x:.9g}" for x in path.velocity.tolist()),
-            ]
-            for path in self.solutions
-        ]
-        name = f"<b>{html_text(self.name)}</b>"
-        caption = f"{name}: paths of stationary action, error {self.estimated:.1g}"
-        return html_table(caption, ("action", "kind", "index", *rates), rows, len(rows))
 
     def table(self) -> Mapping[str, Array]:
         """Return the samples of all paths under each other: the number of the path from 1 on,

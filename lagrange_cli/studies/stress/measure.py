@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.files import CarriedFile, Recording, carried_files, reading_carried
 from lagrange_cli.scene.dimensions import dimensions
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stress:
+class Stress(Reported):
     """Results of the points of a scene.
 
     Attributes

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from lagrange_cli.drawn import Drawn
-from lagrange_cli.notation.html import html_table, html_text
+from lagrange_cli.drawn import Drawn, Reported
 from lagrange_cli.studies.reference import Reference
 from lagrange_cli.studies.tradeoff.runs import ACCURACIES, WorkPrecisionPoint
 
@@ -43,7 +42,7 @@ class CostRatios:
 
 
 @dataclass(frozen=True, repr=False)
-class Trade(Drawn):
+class Trade(Drawn, Reported):
     """Speed against accuracy of one scene.
 
     Attributes
@@ -99,10 +98,6 @@ class Trade(Drawn):
                 recommendations.append(Recommendation(accuracy, best))
         return tuple(recommendations)
 
-    def _repr_html_(self) -> str:
-        """Return what notebooks show."""
-        return trade_html(self)
-
     def __repr__(self) -> str:
         counts = f"{len(self.points)} runs, {len(self.recommended)} recommended"
         return f"<Trade of {self.name}: {counts}>"
@@ -148,35 +143,3 @@ def cheapest(
     least = min(seconds(run) for run in runs)
     close = [run for run in runs if seconds(run) <= (1 + _EQUALLY_FAST) * least]
     return min(close, key=lambda run: (evaluations(run), seconds(run)))
-
-
-# Tables of notebooks.
-
-
-_HEADS = ("method", "setting", "error", "seconds", "right-hand sides")
-
-
-def trade_html(trade: Trade) -> str:
-    """Return two tables: runs on a front, and the run to take for each accuracy."""
-    name = f"<b>{html_text(trade.name)}</b>"
-    front = [p for p in trade.points if p.pareto or p.pareto_evaluations]
-    caption = f"{name} until t = {trade.until:.9g}: best of {len(trade.points)} runs"
-    taken = [[f"{r.accuracy:.0e}", *_row(r.point)] for r in trade.recommended]
-    return "\n".join(
-        [
-            html_table(caption, _HEADS, map(_row, front), len(front)),
-            html_table("Recommended", ("accuracy", *_HEADS), taken, len(taken)),
-        ]
-    )
-
-
-def _row(point: WorkPrecisionPoint) -> list[str]:
-    setting = point.setting
-    is_adaptive = setting.rtol is not None
-    return [
-        html_text(setting.method),
-        f"rtol {setting.rtol:.0e}" if is_adaptive else f"step {setting.step:.3g}",
-        "" if point.error is None else f"{point.error:.1e}",
-        f"{point.median:.2e}",
-        f"{point.evaluations}",
-    ]
