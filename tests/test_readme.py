@@ -130,7 +130,9 @@ def settled(text: str) -> str:
     """
     text = re.sub(r"Matplotlib is building the font cache.*\n", "", text)
     text = re.sub(r"\(\d+\.\d+ s\)", "(SECONDS)", text)
-    measured = r"(?:mismatch|Abweichung|±)\s\S+|\S+ estimated|drift \S+|\d+ steps|\d+ evaluations"
+    measured = (
+        r"(?:mismatch|Abweichung)\s\S+|± \de-1\d|\S+ estimated|drift \S+|\d+ steps|\d+ evaluations"
+    )
     text = re.sub(rf"{measured}|\b\d\.\de-1[3-9]\b", "MEASURED", text)
     return re.sub(r"-?\d+\.\d{10,}", lambda number: f"{float(number[0]):.8g}", text)
 
