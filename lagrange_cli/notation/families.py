@@ -11,7 +11,7 @@ import sympy
 
 from lagrange_cli.mechanics.families.elements import index_at
 from lagrange_cli.notation import ordering
-from lagrange_cli.notation.build import display, display_row
+from lagrange_cli.notation.build import display
 from lagrange_cli.notation.tree import (
     Dependence,
     DisplayNode,
@@ -43,10 +43,6 @@ class FamilyNotation:
 
     families: Families
     words: Vocabulary
-
-    def row(self, row: FamilyRow) -> DisplayNode:
-        """Return the left side of an equation of all elements."""
-        return display_row(row.shown, self.words_of(row))
 
     def whole(self, row: FamilyRow) -> DisplayNode:
         """Return a definition or quantity of all elements."""

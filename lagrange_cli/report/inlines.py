@@ -270,16 +270,6 @@ class Plain(Written):
 
 
 @dataclass(frozen=True)
-class Spelled(Written):
-    """A text of digits and letters that is the same in every format, as a count or ``z``."""
-
-    text: str
-
-    def write(self, to: Lettering) -> str:
-        return self.text
-
-
-@dataclass(frozen=True)
 class Count(Written):
     """A whole number, its thousands apart as the language has them."""
 

@@ -36,7 +36,7 @@ from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
 if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Mode
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.pictures.sketch.displaced import Drawn
+    from lagrange_cli.pictures.sketch.displaced import DrawnConfiguration
     from lagrange_cli.pictures.sketch.sketch import StrokeKind
 
 #: Modes that are drawn, and pictures in a row.
@@ -77,7 +77,7 @@ class ModePanel:
     title: Label
     sketch: DisplacedSketch
 
-    def shown(self, number: int) -> Drawn:
+    def shown(self, number: int) -> DrawnConfiguration:
         """Return the displaced system; below itself where both would lie on one line."""
         drawn = self.sketch.moved[number]
         if not self.sketch.is_line:

@@ -40,7 +40,7 @@ _ROUND = np.linspace(0, 2 * np.pi, 49)
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnConfiguration:
     """One configuration in centimetres, y upwards.
 
     Attributes
@@ -71,9 +71,9 @@ class DisplacedSketch:
         True if everything is and stays on one line.
     """
 
-    at_rest: Drawn
+    at_rest: DrawnConfiguration
     still: tuple[tuple[StrokeKind, Array], ...]
-    moved: tuple[Drawn, ...]
+    moved: tuple[DrawnConfiguration, ...]
     is_line: bool
 
 
@@ -175,7 +175,7 @@ class _Drawing:
         start, end = (self.at(self.known.places[0, end]) for end in link.ends)
         return shapes.coils(float(np.linalg.norm(end - start)))
 
-    def at_configuration(self, number: int) -> Drawn:
+    def at_configuration(self, number: int) -> DrawnConfiguration:
         """Draw the links and bodies of one configuration."""
         places = self.at(self.known.places[number])
         strokes: list[tuple[StrokeKind, Array]] = []
@@ -184,7 +184,7 @@ class _Drawing:
             strokes += [(link.kind, line) for line in self._lines(link, turns, start, end)]
         for wheel in self.wheels:
             strokes += self._rim(wheel, number)
-        return Drawn(tuple(strokes), places[: self.known.configurations.particles])
+        return DrawnConfiguration(tuple(strokes), places[: self.known.configurations.particles])
 
     def _lines(self, link: Link, turns: int | None, start: Array, end: Array) -> list[Array]:
         if turns is not None:

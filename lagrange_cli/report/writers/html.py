@@ -30,11 +30,10 @@ from lagrange_cli.notation.printers.mathml import (
 from lagrange_cli.notation.symbols import printable, text_prose
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.pictures.sketch.svg import emit_svg
-from lagrange_cli.report.contents.derivation.contents import Content, asked_content, titled
-from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.derivation.contents import Content, asked_document
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.language import Language, language
+from lagrange_cli.report.phrases.language import Language
 from lagrange_cli.report.ranges import grouped_ranges
 from lagrange_cli.report.tree import (
     Bullets,
@@ -363,11 +362,8 @@ def emit_html(
     InputError
         Constraint forces are asked for and were not derived, or the system cannot be drawn.
     """
-    content = content or asked_content(equations, options)
-    say, written_out = language(str(options["language"])), bool(options["written_out"])
-    writer = DocumentWriter(equations, written_out=written_out)
+    document, say = asked_document(equations, options, content)
     setter = HtmlSetter(Lettering(HtmlLetters(equations), say), equations=equations)
-    document = titled(equations, content.about, content.sections(writer))
     return {f"{document.name}.html": _document_html(document, setter)}
 
 

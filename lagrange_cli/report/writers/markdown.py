@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.symbols import printable
-from lagrange_cli.report.contents.derivation.contents import Content, asked_content, titled
-from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.derivation.contents import Content, asked_document
 from lagrange_cli.report.inlines import Lettering, say
-from lagrange_cli.report.phrases.language import Language, language
+from lagrange_cli.report.phrases.language import Language
 from lagrange_cli.report.tree import (
     Bullets,
     Document,
@@ -70,11 +69,8 @@ def emit_markdown(
     InternalError
         An expression has no exact form in print.
     """
-    content = content or asked_content(equations, options)
-    say, written_out = language(str(options["language"])), bool(options["written_out"])
-    writer = DocumentWriter(equations, written_out=written_out)
+    document, say = asked_document(equations, options, content)
     setter = Typesetter(Lettering(MarkdownLetters(equations), say))
-    document = titled(equations, content.about, content.sections(writer))
     return {f"{document.name}.md": _document_markdown(document, setter)}
 
 

@@ -24,7 +24,6 @@ from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
 from lagrange_cli.report.contents.sentences import certificate_line
-from lagrange_cli.report.contents.steps.board import certified_line, conclusions, working
 from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS, TEXT_OPTIONS, sections_of
 from lagrange_cli.report.inlines import (
@@ -40,7 +39,7 @@ from lagrange_cli.report.inlines import (
     symbol,
     value,
 )
-from lagrange_cli.report.phrases.language import language
+from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.tree import (
     Block,
     Document,
@@ -156,6 +155,8 @@ def _certified(writer: DocumentWriter) -> Iterator[Text]:
     seal, steps = writer.equations.derivation.certificate, writer.equations.derivation.steps
     yield certificate_line(seal)
     if steps is not None:
+        from lagrange_cli.report.contents.steps.board import certified_line
+
         yield certified_line(steps, seal.digits)
 
 
@@ -209,6 +210,19 @@ def titled(equations: Equations, about: str, sections: Iterable[Section]) -> Doc
     title = Prose(shown.title or shown.name)
     description = Prose(shown.description) if shown.description else ""
     return Document(shown.name, about, title, tuple(sections), description)
+
+
+def asked_document(
+    equations: Equations, options: Mapping[str, OptionValue], content: Content | None
+) -> tuple[Document, Language]:
+    """Return a document that options of the registry ask for, and the language of its words.
+
+    ``content`` is by default that of the derivation.
+    """
+    content = content or asked_content(equations, options)
+    writer = DocumentWriter(equations, written_out=bool(options["written_out"]))
+    document = titled(equations, content.about, content.sections(writer))
+    return document, language(str(options["language"]))
 
 
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
@@ -313,6 +327,8 @@ def _above_with_steps(
     writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
 ) -> _Parts:
     """Return the derivation line by line."""
+    from lagrange_cli.report.contents.steps.board import working
+
     return (
         ("system", lambda: system(writer)),
         ("sketch", lambda: _sketch(writer)),
@@ -328,6 +344,8 @@ def _below_with_steps(
     writer: DocumentWriter, board: StepsWriter, parts: Collection[str], form: str
 ) -> _Parts:
     has_result = board.steps.of_motion and not ("equations" in parts and form == "explicit")
+    from lagrange_cli.report.contents.steps.board import conclusions
+
     return (
         ("result", lambda: result(writer) if has_result else None),
         ("forces", lambda: constraint_forces(writer)),

@@ -221,7 +221,7 @@ class Typesetter(RowSetter):
 
 
 _Sides: TypeAlias = tuple[str, str, str, str]
-"""What stands before and after a table, its environment, and the environment's width."""
+"""Lines before and after a table, the name of its environment, and the environment's width."""
 
 #: Of a table that fits a line; of others with a column of sentences, and of those without one,
 #: which are set in small and smaller print.

@@ -20,11 +20,10 @@ from lagrange_cli.notation.printers.typst import (
 )
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.contents.derivation.contents import Content, asked_content, titled
-from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.derivation.contents import Content, asked_document
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
-from lagrange_cli.report.phrases.language import Language, language
+from lagrange_cli.report.phrases.language import Language
 from lagrange_cli.report.ranges import typst_ranges
 from lagrange_cli.report.writers.typst.typesetter import Typesetter
 
@@ -165,11 +164,8 @@ def emit_typst(
     InternalError
         An expression has no exact form in print.
     """
-    content = content or asked_content(equations, options)
-    say, written_out = language(str(options["language"])), bool(options["written_out"])
-    writer = DocumentWriter(equations, written_out=written_out)
+    document, say = asked_document(equations, options, content)
     setter = Typesetter(Lettering(TypstLetters(equations), say), stem=equations.presentation.name)
-    document = titled(equations, content.about, content.sections(writer))
     return {f"{document.name}.typ": _document_typst(document, setter)}
 
 
