@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 #: Letters of quantities → their labels if the scene uses the letter.
 _LABELS = {"T": "T_kin", "V": "V_pot", "U": "U_pot", "L": "Lagrangian", "D": "D_diss", "E": "E_tot"}
-_LABELS |= {"h": "h_Jac", "M": "M_mass", "f": "f_gen", "H": "H_fun", "R": "Routhian"}
-_LABELS |= {"V_eff": "V_eff_red"}
+_LABELS |= {"h": "h_Jac", "H": "H_fun", "R": "Routhian", "V_eff": "V_eff_red"}
+
 #: Labels of the part of L without potential where that is no kinetic energy.
 _FREE_LAGRANGIAN = ("L0", "L_free")
 
 
 def quantity_labels(equations: Equations) -> dict[str, str]:
-    """Return labels of ``T, V, U, L, D, E, h, M, f, H, R, V_eff`` that no name of the scene is.
+    """Return labels of ``T, V, U, L, D, E, h, H, R, V_eff`` that no name of the scene is.
 
     That of T is L0 where T is no kinetic energy.
     """

@@ -236,7 +236,7 @@ def literal(text: str) -> Label:
     return value(float(text), text)
 
 
-def labelled(label: Label) -> DisplayNode:
+def label_node(label: Label) -> DisplayNode:
     """A general formula or number as an expression."""
     return replace(symbol_of("", Dependence.NUMBER, 0), label=label)
 

@@ -187,7 +187,7 @@ class Labelled(Visible):
 
 
 @dataclass(frozen=True)
-class Statement:
+class StatementRow:
     """Equations and inequalities as a scene has them.
 
     Attributes
@@ -214,7 +214,7 @@ class Statement:
 class Statements(Visible):
     """Equations and inequalities as a scene has them, those of one name on a line."""
 
-    rows: tuple[Statement, ...]
+    rows: tuple[StatementRow, ...]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from lagrange_cli.report.inlines import (
     Text,
     bold,
     entry,
-    labelled,
+    label_node,
     numeral,
     opened,
     say,
@@ -205,7 +205,7 @@ class Fitting:
 
 
 def _is_zero(node: DisplayNode) -> bool:
-    return node in (number_of(0), labelled(numeral(0)))
+    return node in (number_of(0), label_node(numeral(0)))
 
 
 def term(name: Text, text: Text) -> Text:

@@ -25,7 +25,7 @@ from lagrange_cli.report.inlines import (
     Text,
     enumerated,
     joined,
-    labelled,
+    label_node,
     numeral,
     say,
     symbol,
@@ -160,7 +160,7 @@ class Places:
 
     def _equation(self, label: Label, exact: Expr | None, number: float | None) -> Formula:
         chain = () if exact is None else (self.writer.tree(exact),)
-        return Formula(label, chain if number is None else (*chain, labelled(numeral(number))))
+        return Formula(label, chain if number is None else (*chain, label_node(numeral(number))))
 
     def point(self, point: Equilibrium) -> tuple[Formula, ...]:
         """Return a row for each coordinate that rests, and for each that turns."""

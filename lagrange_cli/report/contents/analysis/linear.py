@@ -22,7 +22,7 @@ from lagrange_cli.report.inlines import (
     below,
     bold,
     joined,
-    labelled,
+    label_node,
     numeral,
     say,
     square,
@@ -92,7 +92,7 @@ class _LinearContents:
         """
         if not numbers.size or not numbers.any():
             return Matrix(letter, ())
-        values = tuple(tuple(labelled(numeral(x)) for x in row) for row in numbers.tolist())
+        values = tuple(tuple(label_node(numeral(x)) for x in row) for row in numbers.tolist())
         if exact is None or all(e.is_Rational for row in exact for e in row):
             return Matrix(letter, values)
         return Matrix(letter, values, tuple(tuple(map(self.writer.tree, row)) for row in exact))
@@ -165,7 +165,7 @@ class _LinearContents:
             if mode.pole is None:
                 rows.append(self._frequency(frequency, mode))
             else:
-                rows.append(Formula(pole, (labelled(numeral(mode.pole)),)))
+                rows.append(Formula(pole, (label_node(numeral(mode.pole)),)))
         # Of one coordinate every shape is 1.
         amplitudes = np.array([m.shape for m in shown]).T
         has_shapes = len(amplitudes) > 1
@@ -183,7 +183,7 @@ class _LinearContents:
 
     def _frequency(self, label: Label, mode: Mode) -> Formula:
         """ω = √(…) = 2.4; a long closed form is that of ω²."""
-        number = labelled(numeral(mode.frequency, _FREQUENCY_DIGITS))
+        number = label_node(numeral(mode.frequency, _FREQUENCY_DIGITS))
         exact = mode.exact_square
         if exact is None or exact.is_Rational or exact.is_Float:
             return Formula(label, (number,))

@@ -49,7 +49,7 @@ from lagrange_cli.report.tree import (
     Packed,
     Paragraph,
     Section,
-    Statement,
+    StatementRow,
     Statements,
     formulas,
     section,
@@ -106,9 +106,9 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     for line in account_lines(writer.equations, writer.families):
         pairs = ((_statement(writer, text), spans) for text, spans in line.equations)
         shown = tuple((text, Inline(ranges(spans)) if spans else "") for text, spans in pairs)
-        rows.append(Statement(Plain(line.name), shown, line.remark or ""))
-    further = [] if implied is None else [Statement(say("(implied)"), ((implied, ""),))]
-    further += [] if kind is None else [Statement(say("(all)"), ((kind, ""),))]
+        rows.append(StatementRow(Plain(line.name), shown, line.remark or ""))
+    further = [] if implied is None else [StatementRow(say("(implied)"), ((implied, ""),))]
+    further += [] if kind is None else [StatementRow(say("(all)"), ((kind, ""),))]
     if rows or further:
         yield Statements((*rows, *further), only="terminal")
     if not account.lines:

@@ -34,7 +34,7 @@ from lagrange_cli.report.tree import (
     Passage,
     Picture,
     Section,
-    Statement,
+    StatementRow,
     Statements,
     Table,
     Title,
@@ -131,7 +131,7 @@ class SectionRows:
     def _labelled(self, pairs: Sequence[tuple[str, str]]) -> list[Row]:
         return labelled(*pairs)
 
-    def _statements(self, rows: Sequence[Statement]) -> list[Row]:
+    def _statements(self, rows: Sequence[StatementRow]) -> list[Row]:
         """Return equations behind their names, broken before signs, and the remarks on them."""
         names = [self.lettering.text(row.name) for row in rows]
         return [
@@ -139,7 +139,7 @@ class SectionRows:
             for name, lead, row in zip(names, leads_after(names), rows, strict=True)
         ]
 
-    def _statement(self, row: Statement) -> Iterator[Piece]:
+    def _statement(self, row: StatementRow) -> Iterator[Piece]:
         text = self.lettering.text
         shown = [(text(equation), text(spans)) for equation, spans in row.equations]
         for number, (equation, spans) in enumerate(shown):
