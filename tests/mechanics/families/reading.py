@@ -7,6 +7,7 @@ scene, its sums and indices are written out by the reader of scenes, and the num
 import mpmath
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.notation.build import display_row
 from lagrange_cli.notation.families import FamilyNotation
 from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
@@ -33,7 +34,7 @@ class Page:
         return ScenePrinter().inline(node)
 
     def row(self, row):
-        return self.text(self.notation.row(row))
+        return self.text(display_row(row.shown, self.notation.words_of(row)))
 
     def whole(self, row):
         return self.text(self.notation.whole(row))
