@@ -7,7 +7,7 @@ to the exact number.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor, isfinite, log10
@@ -17,6 +17,7 @@ from lagrange_cli.errors import InputError, InternalError, Problem
 from lagrange_cli.program.graph.operands import (
     Coefficient,
     Constant,
+    Element,
     FunctionCall,
     Operand,
     Product,
@@ -50,11 +51,14 @@ class Dialect:
         Function of a program → text of the callee.
     names
         Input → its name there; names that are missing stay.
+    element
+        Writes a number of an array; None where no loop is printed.
     """
 
     number: _NumberFormat
     functions: Mapping[str, str]
     names: Mapping[str, str]
+    element: Callable[[Element], str] | None = None
 
 
 def expression_text(operand: Operand, dialect: Dialect) -> str:
@@ -83,6 +87,9 @@ def _format(operand: Operand, dialect: Dialect) -> tuple[str, int]:
     """Text and precedence of an operand."""
     if isinstance(operand, Constant):
         return dialect.number(operand.value), _ATOM if operand.value >= 0 else _SUM
+    if isinstance(operand, Element):
+        assert dialect.element is not None
+        return dialect.element(operand), _ATOM
     if isinstance(operand, Variable):
         return dialect.names.get(operand.name, operand.name), _ATOM
     if isinstance(operand, FunctionCall):

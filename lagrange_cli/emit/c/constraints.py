@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lagrange_cli.emit.c.body import given_size, program_workspace_size
 from lagrange_cli.emit.c.target import CNames, CTarget
 from lagrange_cli.emit.shared_code import (
     COMPLEMENTARITY_STEPS,
@@ -30,6 +29,7 @@ from lagrange_cli.emit.shared_code import (
 )
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import DERIVATIVES, INTERNAL_FUNCTIONS
+from lagrange_cli.program.lowered.workspace import given_size, program_workspace_size
 from lagrange_cli.program.program import Program, result_count
 
 #: Number of contacts from which on those that push are guessed first: the dual method alone is

@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.constraints import mode_target, workspace_size
-from lagrange_cli.emit.c.loops import wrapped
-from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.c.target import CTarget, wrapped
 from lagrange_cli.emit.initial_state import residual_labels
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.shared_code import momentum_names

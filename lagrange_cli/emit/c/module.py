@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import digest
-from lagrange_cli.emit.c.body import body_text, result_name
+from lagrange_cli.emit.c.body import function_text
 from lagrange_cli.emit.c.constraints import (
     contact_target,
     interface_text,
@@ -26,17 +26,18 @@ from lagrange_cli.emit.c.further import (
     pattern_texts,
 )
 from lagrange_cli.emit.c.header import header_text
-from lagrange_cli.emit.c.loops import loop_helpers
 from lagrange_cli.emit.c.main import main_text
-from lagrange_cli.emit.c.solvers import columns_solver_text, helper_text, solver_text
+from lagrange_cli.emit.c.solvers import (
+    columns_solver_text,
+    helper_text,
+    loop_helpers,
+    solver_text,
+)
 from lagrange_cli.emit.c.target import CTarget, real_type
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.emit.shared_code import programs_of_momenta
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import (
-    CANONICAL_PARTS,
-    INTERNAL_FUNCTIONS,
-    SLOPES,
     constraint_programs,
     contact_programs,
     derivative_programs,
@@ -192,19 +193,3 @@ def _defaults(equations: Equations, target: CTarget) -> str:
     if not equations.system.parameters:
         lines.append(f"    p->{names.empty_field} = {real.value(0.0)};")
     return "\n".join([*lines, "}", ""])
-
-
-def function_text(function: str, program: Program, target: CTarget) -> str:
-    """The definition of one function of the interface: a right-hand side where it has blocks."""
-    result = result_name(program)
-    inner = function in INTERNAL_FUNCTIONS | CANONICAL_PARTS or function in SLOPES
-    static = "static " if inner or target.names.contact_from is not None else ""
-    return "\n".join(
-        [
-            f"{static}int {target.prefix}_{function}({target.arguments(result)})",
-            "{",
-            *body_text(program, target),
-            "}",
-            "",
-        ]
-    )

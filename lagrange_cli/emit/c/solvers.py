@@ -1,34 +1,23 @@
-"""Static helpers of emitted C: functions that ``<math.h>`` lacks, and elimination loops."""
+"""Static helpers of emitted C: functions that ``<math.h>`` lacks, eliminations, tables of indices.
+
+Indices of loops that do not advance evenly are looked up in static arrays of the source file, which
+functions share.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from lagrange_cli.emit.c.target import CTarget, Real
+from lagrange_cli.emit.c.target import EPSILON_NAME, CTarget, Real, wrapped
 from lagrange_cli.emit.shared_code import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
+from lagrange_cli.program.solvers.sparse_factorization import BandFactors, SupernodalFactors
+from lagrange_cli.program.systems.loops import SparseSolve, Total, table_name, tables_of
 
 #: Functions that ``<math.h>`` lacks.
 _HELPERS = ("sign", "min", "max")
-
-#: Tail of the macro that tells a pivot from rounding error.
-EPSILON_NAME = "EPSILON"
-
-
-def solver_workspace_size(blocks: Sequence[MatrixBlock]) -> int:
-    """Numbers of workspace for the largest block that a loop solves: matrix, right-hand side,
-    as many numbers again, and what refinement takes. Bands have places of their own."""
-    loops = [block for block in blocks if not block.unrolled and block.band is None]
-    sizes = [_workspace(block.size, refined=bool(block.closures)) for block in loops]
-    ends = [block.start + 2 * len(block.closures) for block in blocks if block.band is not None]
-    return max(sizes + ends, default=0)
-
-
-def _workspace(size: int, *, refined: bool) -> int:
-    """Numbers for the matrix and two vectors, and for a copy and a rest where it is refined."""
-    return size * size + 2 * size + (size * size + size) * refined
 
 
 def helper_text(used: Collection[str], target: CTarget) -> str:
@@ -55,6 +44,28 @@ def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
     if any(block.band is not None for block in blocks):
         parts.append(target.fill(c_template("solve_banded")))
     return "\n".join(parts)
+
+
+def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
+    """Write what the loops of a source file need: solvers, sums, tables."""
+    parts = [part for program in programs.values() for part in program.parts]
+    solved = [part.factors for part in parts if isinstance(part, SparseSolve)]
+    texts = []
+    if any(isinstance(factors, BandFactors) for factors in solved):
+        texts.append(target.fill(c_template("solve_banded")))
+    if any(isinstance(factors, SupernodalFactors) for factors in solved):
+        texts.append(target.fill(c_template("solve_sparse")))
+    if any(isinstance(part, Total) for part in parts):
+        texts.append(target.fill(c_template("total")))
+    tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program.parts))
+    texts += [_table_text(target.prefix, table) for table in tables]
+    return "\n".join(filter(None, texts))
+
+
+def _table_text(prefix: str, table: tuple[int, ...]) -> str:
+    rows = wrapped(", ".join(map(str, table)), 1, 0)
+    name = table_name(prefix, table)
+    return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
 
 
 def columns_solver_text(programs: Iterable[Program], target: CTarget) -> str:

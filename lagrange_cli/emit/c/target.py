@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isfinite
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import C_RESERVED, unique_identifiers
@@ -135,6 +136,25 @@ def c_string(text: str) -> str:
 def _character(byte: int) -> str:
     plain = 32 <= byte < 127 and chr(byte) not in '"\\?%@'
     return chr(byte) if plain else f"\\{byte:03o}"
+
+
+#: Tail of the macro that tells a pivot from rounding error.
+EPSILON_NAME = "EPSILON"
+
+#: Lines are broken before this column.
+_WIDTH = 96
+
+
+def wrapped(text: str, depth: int, deeper: int) -> list[str]:
+    """Return lines of a statement at a depth; further ones stand deeper."""
+    return wrap(
+        text,
+        _WIDTH,
+        initial_indent="    " * depth,
+        subsequent_indent="    " * (depth + deeper),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 #: Functions that ``<math.h>`` lacks; the source file has its own.

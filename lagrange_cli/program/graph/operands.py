@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
@@ -51,6 +51,38 @@ class Variable:
     def cell(self) -> Cell:
         """Return the cell of the name: ``q3`` is number 3 of the positions, ``t`` the time."""
         return cell_named(self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class AffineIndex:
+    """base + Σ step · counter, over the counters of the enclosing loops, outermost first."""
+
+    base: int
+    steps: tuple[int, ...] = ()
+
+    def at(self, counters: Sequence[int]) -> int:
+        # The bound of a loop depends on the counters outside of it alone.
+        return self.base + sum(s * c for s, c in zip(self.steps, counters, strict=False))
+
+
+#: Array of a number that is its index: ``Element(COUNTED, i)`` is i itself.
+COUNTED = "#"
+
+
+@dataclass(frozen=True, slots=True)
+class Element(Variable):
+    """A number of the array ``name``, in statements that loops may repeat.
+
+    Attributes
+    ----------
+    index
+        Index of the number, to which ``table`` at the innermost counter is added.
+    table
+        Indices that do not advance evenly; None where they do.
+    """
+
+    index: AffineIndex
+    table: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

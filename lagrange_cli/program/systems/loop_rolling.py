@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from lagrange_cli.program.graph.operands import (
+    COUNTED,
+    AffineIndex,
     Cell,
     Coefficient,
     Constant,
@@ -35,9 +37,6 @@ _FEWEST = 4
 #: Whole numbers from 2 to this may advance: no type of emitted code rounds them.
 _LARGEST_COUNTED = 2**24
 
-#: Array and variable that stand for a number that advances.
-COUNTED = "#"
-
 
 @dataclass(frozen=True, slots=True)
 class Statement:
@@ -45,18 +44,6 @@ class Statement:
 
     target: Cell
     operand: Operand
-
-
-@dataclass(frozen=True, slots=True)
-class AffineIndex:
-    """base + Σ step · counter, over the counters of the enclosing loops, outermost first."""
-
-    base: int
-    steps: tuple[int, ...]
-
-    def at(self, counters: Sequence[int]) -> int:
-        # The bound of a loop depends on the counters outside of it alone.
-        return self.base + sum(s * c for s, c in zip(self.steps, counters, strict=False))
 
 
 ArrayAccess: TypeAlias = tuple[str, AffineIndex]

@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple
 
+from lagrange_cli.emit.c.body import function_text
 from lagrange_cli.emit.c.constraints import impact_text, project_text, residual_text
-from lagrange_cli.emit.c.loops import loop_helpers
-from lagrange_cli.emit.c.module import blocks_of, function_text, functions_used
-from lagrange_cli.emit.c.solvers import helper_text, solver_text
+from lagrange_cli.emit.c.module import blocks_of, functions_used
+from lagrange_cli.emit.c.solvers import helper_text, loop_helpers, solver_text
 from lagrange_cli.emit.c.target import CNames, CTarget, Real, real_type
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.emitted_functions import multipliers_beside

@@ -1,22 +1,37 @@
-"""Parts of the bodies of emitted C functions, in the order in which they are written."""
+"""What follows the assignments of a program: results, tests of pivots, and equations to solve.
+
+Cells of the arrays ``matrix``, ``vector``, ``columns`` and ``out`` are read by variables ``m0, …``,
+``b0, …``, ``c0, …`` and ``o0, …``; the multipliers of a band by the names that the program gives
+them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeAlias
 
-from lagrange_cli.program.graph.operands import Cell, Constant, Operand, Variable
+from lagrange_cli.program.graph.operands import (
+    AffineIndex,
+    Cell,
+    Constant,
+    Element,
+    Operand,
+    Variable,
+)
 from lagrange_cli.program.graph.statement_groups import Assignment, dependents
+from lagrange_cli.program.lowered.functions import RESULTS, LocalArray, Solve
 from lagrange_cli.program.program import Program, ProgramKind
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.solvers.jacobians import ColumnBlock
 from lagrange_cli.program.systems.loop_rolling import Statement
+from lagrange_cli.program.systems.loops import Zeros
 
 
 @dataclass(frozen=True)
 class Stores:
-    """Results to store, in any order, and a comment for loops that do so.
+    """Results to store, in any order, and a remark for loops that do so.
 
     Attributes
     ----------
@@ -25,12 +40,12 @@ class Stores:
     """
 
     statements: Sequence[Statement]
-    comment: str = ""
+    remark: str = ""
     rolled: bool = False
 
 
 @dataclass(frozen=True)
-class Steps:
+class Assignments:
     """Assignments in their order."""
 
     assignments: Sequence[Assignment]
@@ -41,62 +56,41 @@ class Pivots:
     """Tests of the pivots of unrolled blocks."""
 
 
-@dataclass(frozen=True)
-class Solve:
-    """A call of the solver for a block whose matrix stands in the workspace."""
-
-    block: MatrixBlock
-
-
-@dataclass(frozen=True)
-class Zeros:
-    """Numbers of an array that are set to zero."""
-
-    array: str
-    start: int
-    count: int
-
-
-@dataclass(frozen=True)
-class SolveColumns:
-    """A call of the solver for many right-hand sides that stand in the workspace."""
-
-    block: ColumnBlock
-
-
-Part = Stores | Steps | Pivots | Solve | Zeros | SolveColumns
+Part: TypeAlias = Stores | Assignments | Pivots | Zeros | LocalArray | Solve
 
 _COLUMNS = "Right-hand sides, a column for each number by which is differentiated."
 
 _RIGHT = "Right-hand sides: of the coordinates, then of the closures."
 
 
-def parts_of(program: Program) -> tuple[Sequence[Part], int]:
-    """Return what follows the assignments of a program, and how many results that stores."""
-    n = program.coordinates
-    if program.jacobian is not None:
-        return _derivatives(program), program.results
+def parts_of(program: Program) -> tuple[Sequence[Part], tuple[int, ...]]:
+    """Return what follows the assignments of a program, and the shape of its results."""
+    n, jacobian = program.coordinates, program.jacobian
+    if jacobian is not None:
+        whole = (jacobian.rows, jacobian.columns)
+        return _derivatives(program), whole if jacobian.pattern is None else (jacobian.size,)
     if program.kind is ProgramKind.MULTIPLIERS:
         results = sum(len(block.closures) for block in program.blocks)
-        return _solution(program, {}, {k: Cell("out", k) for k in range(results)}), results
+        return _solution(program, {}, {k: Cell(RESULTS, k) for k in range(results)}), (results,)
     if program.kind is ProgramKind.CHANGE:
-        return _change(program), n
+        return _change(program), (n,)
     if program.kind is ProgramKind.RIGHT_HAND_SIDE:
-        return _right_hand_side(program), 2 * n
+        return _right_hand_side(program), (2 * n,)
     if program.kind is ProgramKind.MATRIX:
-        return _matrix(program), n**2
+        return _matrix(program), (n, n)
     stores = _in_order(program)
-    return [Stores(stores)], len(stores)
+    scalar = program.kind is ProgramKind.ENERGY and len(stores) == 1
+    return [Stores(stores)], () if scalar else (len(stores),)
 
 
 def _in_order(program: Program) -> list[Statement]:
-    return [Statement(Cell("out", k), o) for k, o in enumerate(program.results_in_order)]
+    return [Statement(Cell(RESULTS, k), o) for k, o in enumerate(program.results_in_order)]
 
 
-def _matrix(program: Program) -> list[Stores]:
+def _matrix(program: Program) -> list[Part]:
     n = program.coordinates
-    upper = _upper("out", n, n, program.output("mass_matrix"))
-    return [Stores(upper, "Upper triangle, by rows."), Stores(_mirrored("out", "o", n))]
+    upper = _upper(RESULTS, n, n, program.output("mass_matrix"))
+    return [Stores(upper, "Upper triangle, by rows."), Stores(_mirrored(RESULTS, "o", n))]
 
 
 def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[Statement]:
@@ -106,10 +100,10 @@ def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[
     return [Statement(Cell(array, index), operand) for index, operand in pairs]
 
 
-def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
+def _mirrored(array: str, letter: str, n: int) -> list[Statement]:
     """Return copies of the upper triangle of a matrix to the lower one."""
     return [
-        Statement(Cell(array, j * n + i), Variable(f"{kind}{i * n + j}"))
+        Statement(Cell(array, j * n + i), Variable(f"{letter}{i * n + j}"))
         for i in range(n)
         for j in range(i + 1, n)
     ]
@@ -118,8 +112,8 @@ def _mirrored(array: str, kind: str, n: int) -> list[Statement]:
 def _right_hand_side(program: Program) -> list[Part]:
     """Check the pivots, store velocities and accelerations."""
     n = program.coordinates
-    velocities = Stores([Statement(Cell("dydt", i), Variable(f"v{i}")) for i in range(n)])
-    pivots, *solved = _solution(program, {i: Cell("dydt", n + i) for i in range(n)}, {})
+    velocities = Stores([Statement(Cell(RESULTS, i), Variable(f"v{i}")) for i in range(n)])
+    pivots, *solved = _solution(program, {i: Cell(RESULTS, n + i) for i in range(n)}, {})
     return [pivots, velocities, *solved]
 
 
@@ -127,8 +121,8 @@ def _change(program: Program) -> list[Part]:
     """Return changes of the coordinates that closures hold; those of the others are zero."""
     coupled = {i for block in program.blocks for i in block.coordinates}
     free = [i for i in range(program.coordinates) if i not in coupled]
-    zeros = [Statement(Cell("out", i), Constant(Fraction(0))) for i in free]
-    return [Stores(zeros), *_solution(program, {i: Cell("out", i) for i in coupled}, {})]
+    zeros = [Statement(Cell(RESULTS, i), Constant(Fraction(0))) for i in free]
+    return [Stores(zeros), *_solution(program, {i: Cell(RESULTS, i) for i in coupled}, {})]
 
 
 def _solution(
@@ -144,7 +138,7 @@ def _solution(
         if block.band is not None:
             entries = [next(matrix) for _ in range(len(block.closures) * (block.band + 1))]
             parts += _band(block, entries, [next(forcing) for _ in block.closures])
-            parts.append(Steps(dependents(program.assignments, block.multipliers)))
+            parts.append(Assignments(dependents(program.assignments, block.multipliers)))
             named = zip(block.closures, block.multipliers, strict=True)
             copies = [Statement(closures[k], Variable(d)) for k, d in named if k in closures]
             parts.append(Stores(copies))
@@ -158,22 +152,30 @@ def _solution(
         right = [next(forcing) for _ in range(block.size)]
         parts += _dense_block(block, entries, gradients, right)
         targets = [*map(coordinates.get, members), *map(closures.get, block.closures)]
-        start = block.size**2
-        unknowns = ((cell, Variable(f"d{start + k}")) for k, cell in enumerate(targets))
-        parts.append(Stores([Statement(cell, d) for cell, d in unknowns if cell is not None]))
+        unknowns = ((cell, Variable(f"b{k}")) for k, cell in enumerate(targets))
+        parts.append(Stores([Statement(cell, x) for cell, x in unknowns if cell is not None]))
     return parts
 
 
 def _band(
     block: MatrixBlock, entries: Sequence[Operand], right: Sequence[Operand]
 ) -> Iterator[Part]:
-    """Fill the workspace with band and right-hand side, and call the solver."""
-    start, size = block.start, len(entries)
-    band = [Cell("work", i) for i in range(start - size, start)]
-    yield Stores(list(map(Statement, band, entries)), "The band of the multipliers, by rows.")
-    drive = [Cell("work", start + k) for k in range(len(right))]
-    yield Stores(list(map(Statement, drive, right)), "What drives them.")
-    yield Solve(block)
+    """Store band and right-hand side, and solve for the multipliers."""
+    assert block.band is not None
+    m, width = len(block.closures), block.band + 1
+    yield LocalArray("band", (m, width), block.start - m * width)
+    yield LocalArray("multipliers", (m,), block.start)
+    yield Stores(_counted("band", entries), "The band of the multipliers, by rows.")
+    yield Stores(_counted("multipliers", right), "What drives them.")
+    yield Solve("banded", (m, block.band), (_first("band"), _first("multipliers")))
+
+
+def _counted(array: str, operands: Sequence[Operand]) -> list[Statement]:
+    return [Statement(Cell(array, k), operand) for k, operand in enumerate(operands)]
+
+
+def _first(array: str) -> Element:
+    return Element(array, AffineIndex(0))
 
 
 def _dense_block(
@@ -182,26 +184,29 @@ def _dense_block(
     gradients: Sequence[Operand],
     right: Sequence[Operand],
 ) -> Iterator[Part]:
-    """Fill the workspace with matrix and right-hand side, and call the solver."""
+    """Store matrix and right-hand side, and solve the block."""
     n, size = len(block.coordinates), block.size
-    stores = _matrix_of(n, size, entries, gradients, compliant=block.compliant)
-    yield stores[0]
+    yield LocalArray("matrix", (size, size), 0)
+    yield LocalArray("vector", (size,), size * size)
+    upper, below = _matrix_of(n, size, entries, gradients, compliant=block.compliant)
+    yield upper
     if not (block.definite or block.closures):
-        yield Stores(_mirrored("work", "d", n))
-    yield stores[1]
-    forcing = [Statement(Cell("work", size * size + i), f) for i, f in enumerate(right)]
-    yield Stores(forcing, _RIGHT if block.closures else "Forcing.")
-    yield Solve(block)
+        yield Stores(_mirrored("matrix", "m", n))
+    yield below
+    yield Stores(_counted("vector", right), _RIGHT if block.closures else "Forcing.")
+    routine = "definite" if block.definite else "saddle" if block.closures else "pivoted"
+    sizes = (n, len(block.closures)) if block.closures else (n,)
+    yield Solve(routine, sizes, (_first("matrix"), _first("vector")))
 
 
 def _matrix_of(
     n: int, size: int, entries: Sequence[Operand], gradients: Sequence[Operand], *, compliant: bool
 ) -> list[Stores]:
-    """Fill the workspace with the mass matrix of a block and the gradients of its closures."""
-    upper = _upper("work", n, size, entries)
-    below = [Cell("work", i * size + j) for i in range(n, size) for j in range(n)]
+    """Store the mass matrix of a block and the gradients of its closures."""
+    upper = _upper("matrix", n, size, entries)
+    below = [Cell("matrix", i * size + j) for i in range(n, size) for j in range(n)]
     if compliant:
-        below += [Cell("work", i * size + i) for i in range(n, size)]
+        below += [Cell("matrix", i * size + i) for i in range(n, size)]
     return [
         Stores(upper, "Upper triangle of the mass matrix, by rows."),
         Stores(list(map(Statement, below, gradients)), "Gradients of the closures, by rows."),
@@ -215,29 +220,40 @@ def _derivatives(program: Program) -> list[Part]:
     place = jacobian.stored
     parts: list[Part] = []
     if len(place) < jacobian.size:
-        parts.append(Zeros("out", 0, jacobian.size))
+        parts.append(Zeros(RESULTS, 0, jacobian.size))
     written = zip(jacobian.entries, program.output("entries"), strict=True)
-    parts.append(Stores([Statement(Cell("out", place[at]), x) for at, x in written]))
+    parts.append(Stores([Statement(Cell(RESULTS, place[at]), x) for at, x in written]))
     matrix = iter(program.output("dense_matrix"))
     forcing = iter(program.output("dense_forcing"))
     for block in jacobian.blocks:
-        n, size, columns = len(block.coordinates), block.size, len(block.columns)
+        n = len(block.coordinates)
         entries = [next(matrix) for _ in range(n * (n + 1) // 2)]
         below = [next(matrix) for _ in range((n + block.compliant) * len(block.closures))]
         below += [] if block.compliant else [Constant(Fraction(0))] * len(block.closures)
-        right = [
-            Statement(Cell("work", size * size + i * columns + k), next(forcing))
-            for i, k in block.places
-        ]
-        parts += _matrix_of(n, size, entries, below, compliant=True)
-        parts += [Zeros("work", size * size, size * columns), Stores(right, _COLUMNS)]
-        parts.append(SolveColumns(block))
+        parts += _columns(block, entries, below, [next(forcing) for _ in block.places])
         solved = [
-            Statement(
-                Cell("out", place[i, k]), Variable(f"d{size * size + row * columns + number}")
-            )
+            Statement(Cell(RESULTS, place[i, k]), Variable(f"c{row * len(block.columns) + number}"))
             for row, i in enumerate(block.coordinates)
             for number, k in enumerate(block.columns)
         ]
         parts.append(Stores(solved, rolled=True))
     return parts
+
+
+def _columns(
+    block: ColumnBlock,
+    entries: Sequence[Operand],
+    below: Sequence[Operand],
+    right: Sequence[Operand],
+) -> Iterator[Part]:
+    """Store matrix and right-hand sides of a block of derivatives, and solve it."""
+    n, size, columns = len(block.coordinates), block.size, len(block.columns)
+    yield LocalArray("matrix", (size, size), 0)
+    yield LocalArray("columns", (size, columns), size * size)
+    yield LocalArray("scales", (size,), size * (size + columns))
+    yield from _matrix_of(n, size, entries, below, compliant=True)
+    yield Zeros("columns", 0, size * columns)
+    cells = [Cell("columns", i * columns + k) for i, k in block.places]
+    yield Stores(list(map(Statement, cells, right)), _COLUMNS)
+    arrays = (_first("matrix"), _first("columns"), _first("scales"))
+    yield Solve("columns", (n, size, columns), arrays)
