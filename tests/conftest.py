@@ -170,6 +170,12 @@ def quick_compiler(unoptimizing_compiler, monkeypatch) -> None:
 
 
 @pytest.fixture
+def without_packaged_compiler(monkeypatch) -> None:
+    """No package brings a compiler, as where extras are not installed."""
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+
+
+@pytest.fixture
 def cache_folder(caches, monkeypatch) -> Path:
     """Where this test's cache is, in its subprocesses too; nothing is there yet."""
     base = next(caches)

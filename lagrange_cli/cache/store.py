@@ -25,6 +25,9 @@ MAX_CACHE_BYTES = 256 * 2**20
 #: Number of entries, likewise.
 MAX_CACHE_ENTRIES = 2048
 
+#: Name of the folder in which a compiler keeps what it needs again, beside the entries.
+_COMPILER_FOLDER = "compiler"
+
 #: A use is noted on an entry that was not used for this long, in seconds.
 _USE_NOTED_AFTER = 24 * 3600.0
 
@@ -122,6 +125,16 @@ class Cache:
             return False
         return True
 
+    @property
+    def compiler_folder(self) -> str | None:
+        """Path of a folder in which a compiler may keep what it needs again, None if there is none.
+
+        The compiler makes the folder, which is no entry and goes with :meth:`clear`.
+        """
+        if self.folder is None or self.reason is not None:
+            return None
+        return os.path.join(self.folder, _COMPILER_FOLDER)
+
     def entries(self) -> list[Entry]:
         """Return all entries, the last used first."""
         entries = []
@@ -140,7 +153,8 @@ class Cache:
         """
         files = size = failures = 0
         for entry in list(self._files()):
-            if _is_entry(entry.name) or is_temporary(entry.name):
+            ours = _is_entry(entry.name) or is_temporary(entry.name)
+            if ours or entry.name == _COMPILER_FOLDER:
                 try:
                     size += _unlinked(entry.path)
                     files += 1

@@ -290,6 +290,10 @@ def test_clearing_removes_our_files_and_no_other(cache):
     (Path(cache.folder) / "folder").mkdir()
     assert cache.clear() == (3, 11, 0)
     assert {path.name for path in files(cache)} == {*others, "folder"}
+    assert cache.compiler_folder is not None
+    (Path(cache.compiler_folder) / "o").mkdir(parents=True)
+    assert cache.clear().files == 1
+    assert {path.name for path in files(cache)} == {*others, "folder"}
     assert cache.clear() == (0, 0, 0)
 
 

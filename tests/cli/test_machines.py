@@ -29,7 +29,7 @@ COMMANDS = [
 
 
 @pytest.fixture
-def bare(monkeypatch, tmp_path):
+def bare(monkeypatch, tmp_path, without_packaged_compiler):
     """No compiler on the path, no home, and no other place for a cache."""
     (tmp_path / "bin").mkdir()
     (tmp_path / "file").write_text("")
@@ -54,7 +54,7 @@ def test_simulate_says_that_it_interprets_and_keeps_nothing(bare):
     assert "nothing is kept in the cache" in done.stderr
 
 
-def test_both_ways_give_the_same_motion(monkeypatch, tmp_path):
+def test_both_ways_give_the_same_motion(monkeypatch, tmp_path, without_packaged_compiler):
     if shutil.which("cc") is None and shutil.which("gcc") is None:
         assert os.environ.get("CI") != "true"
         pytest.skip("no C compiler was found")

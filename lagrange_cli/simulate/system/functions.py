@@ -344,7 +344,7 @@ def _native(libraries: Libraries, cache: Cache, deadline: float) -> RightHandSid
         forces = native_parameter_table(function, len(model.forces))
     wider = partial(_wider, WIDER_TYPES, model, recorded, cache, deadline)
     return _Evaluators(model, partial(NativeCode, libraries), wider).functions(
-        "compiled C",
+        libraries.implementation,
         singular,
         native=True,
         widens=bool(WIDER_TYPES),

@@ -84,7 +84,11 @@ class Libraries:
     ) -> None:
         sources = _sources(model, real)
         options = sources[-1].options
-        self.system, self.stepper = load_libraries(find_compiler(), sources, cache, deadline)
+        compiler = find_compiler()
+        by = f" by {compiler.name}" if compiler.packaged else ""
+        #: Says in words what was compiled; a compiler of the machine needs no name.
+        self.implementation = f"compiled C{by}"
+        self.system, self.stepper = load_libraries(compiler, sources, cache, deadline)
         self._compile: Callable[[str], list[ctypes.CDLL]] = lambda group: load_libraries(
             find_compiler(), [CSource(kernels.kernel_files(group), options)], cache, deadline
         )

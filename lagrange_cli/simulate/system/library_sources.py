@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.simulate import kernels
+from lagrange_cli.simulate.toolchain.compiler import PEELED_LOOPS, REGISTERS_BY_PRIORITY
 from lagrange_cli.simulate.toolchain.shared_library import CSource
 
 if TYPE_CHECKING:
@@ -15,16 +16,16 @@ if TYPE_CHECKING:
 
 #: Options for the text of a system. By priorities GCC gives registers to long functions in less
 #: time, a fifth of all for a bicycle, and runs them as fast.
-OPTIONS = ("-O2", "-fira-algorithm=priority")
+OPTIONS = ("-O2", REGISTERS_BY_PRIORITY)
 
-#: Further option for texts of no more characters: small systems of equations are solved in a fifth
+#: Loops are peeled in texts of no more characters: small systems of equations are solved in a fifth
 #: less time without loops. Longer texts would be compiled a quarter longer, and run as fast.
-_WITHOUT_LOOPS, _SHORT = "-fpeel-loops", 2**16
+_SHORT = 2**16
 
 
 def system_source(code: Code) -> CSource:
     """Return what is compiled of a model, for doubles."""
-    options = (*OPTIONS, _WITHOUT_LOOPS) if len(code.c) <= _SHORT else OPTIONS
+    options = (*OPTIONS, PEELED_LOOPS) if len(code.c) <= _SHORT else OPTIONS
     return CSource({"system.c": code.c + code.lanes, **kernels.kernel_headers()}, options)
 
 

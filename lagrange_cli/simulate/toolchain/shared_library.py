@@ -77,7 +77,7 @@ def compile_ahead(source: CSource, cache: Cache) -> None:
         compiler = find_compiler()
         key = _key(compiler, source)
         if key not in ahead.compilations and cache.path(key) is None:
-            ahead.compilations[key] = _start(ahead.stack, compiler, source)
+            ahead.compilations[key] = _start(ahead.stack, compiler, source, cache)
 
 
 def load_libraries(
@@ -98,7 +98,7 @@ def load_libraries(
     loaded = [_cached(cache, key, source) for key, source in zip(keys, sources, strict=True)]
     with ExitStack() as stack:
         waiting = {
-            number: _begun(stack, keys[number]) or _start(stack, compiler, sources[number])
+            number: _begun(stack, keys[number]) or _start(stack, compiler, sources[number], cache)
             for number, library in enumerate(loaded)
             if library is None
         }
@@ -166,10 +166,12 @@ def _begun(stack: ExitStack, key: str) -> Compilation | None:
     return compilation
 
 
-def _start(stack: ExitStack, compiler: Compiler, source: CSource) -> Compilation:
+def _start(stack: ExitStack, compiler: Compiler, source: CSource, cache: Cache) -> Compilation:
     folder = _folder(stack)
     try:
-        compilation = Compilation(compiler, folder, source.files, source.options)
+        compilation = Compilation(
+            compiler, folder, source.files, source.options, cache.compiler_folder
+        )
         stack.callback(compilation.stop)
         return compilation
     except OSError as error:

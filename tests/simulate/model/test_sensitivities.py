@@ -142,6 +142,7 @@ simulate: {until: 1.25, accuracy: 1e-10, samples: 51}
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_packaged_compiler")
 @pytest.mark.parametrize("compiled", [True, False])
 def test_parameters_that_others_and_the_start_depend_on(compiled, monkeypatch):
     """x = 2·x0·cos(√(k/m) t), where k = m·w² follows m and w."""

@@ -8,6 +8,7 @@ import stat
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
 from lagrange_cli.simulate.toolchain import compiler
 from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.simulate.toolchain.shared_library import CSource
-from tests.simulate.compiling import compiled_or_skip
+from tests.simulate.compiling import compiled_or_skip, skip_without_compiler
 from tests.simulate.native_systems import compiled
 
 PENDULUM = """
@@ -60,7 +61,7 @@ def command(folder: Path, name: str, body: str) -> Path:
 
 
 @pytest.fixture
-def alone(monkeypatch, tmp_path):
+def alone(monkeypatch, tmp_path, without_packaged_compiler):
     """No compiler on the path but those put into the folder, and an empty cache."""
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -159,6 +160,74 @@ def test_a_compiler_behind_a_wrapper_is_told_from_another_one(alone):
     command(alone, "gcc", "pass")
     assert len({without, one, find_compiler(environment).identity}) == 3
     assert find_compiler(environment).command == (str(alone / "wrapper"), "gcc", "-O1")
+
+
+#: A compiler that takes no options of GCC alone, as clang.
+PARTICULAR = """
+import subprocess, sys
+if any(word.startswith(("-fira", "-fpeel")) for word in sys.argv):
+    raise SystemExit("error: unknown argument")
+raise SystemExit(subprocess.call([{real!r}, *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.slow
+def test_a_compiler_that_refuses_options_of_gcc_is_called_without_them(
+    model, monkeypatch, tmp_path
+):
+    compiled_or_skip(model)
+    real = find_compiler().command[0]
+    monkeypatch.setenv("CC", str(command(tmp_path, "particular", PARTICULAR.format(real=real))))
+    assert simulate(model).implementation == "compiled C"
+
+
+@pytest.fixture
+def package(alone, monkeypatch):
+    """A folder with a package ``ziglang`` that is found before any other."""
+    folder = alone / "site" / "ziglang"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").touch()
+    monkeypatch.delitem(sys.modules, "ziglang")
+    monkeypatch.syspath_prepend(folder.parent)
+    return folder
+
+
+def test_the_compiler_of_a_package_comes_last(package, alone):
+    with pytest.raises(CompileError, match="no C compiler was found"):
+        find_compiler()
+    path = command(package, "zig", "")
+    found = find_compiler()
+    assert found.command[:2] == (str(path), "cc")
+    assert "ziglang" not in sys.modules
+    with pytest.raises(CompileError, match="CC names 'nowhere', which was not found"):
+        find_compiler({"CC": "nowhere", "PATH": str(alone)})
+    command(package, "zig", "pass")
+    assert find_compiler().identity != found.identity
+    command(alone, "clang", "")
+    assert find_compiler().name == "clang"
+
+
+@pytest.fixture
+def packaged(alone, monkeypatch):
+    """The compiler of the package ``ziglang`` and no other."""
+    monkeypatch.delitem(sys.modules, "ziglang")
+    if find_spec("ziglang") is None:
+        skip_without_compiler("the package ziglang is not installed")
+
+
+@pytest.mark.slow
+def test_the_compiler_of_a_package_gives_the_same_numbers(model, packaged, monkeypatch):
+    """Equations to the last bit; steps fuse other products and sums, and differ by rounding."""
+    found, functions = simulate(model), right_hand_side(model)
+    assert found.implementation == "compiled C by zig"
+    assert (Path(os.environ["XDG_CACHE_HOME"]) / "lagrange" / "compiler").is_dir()
+    monkeypatch.undo()
+    machine, theirs = simulate(model), compiled_or_skip(model)
+    assert machine.implementation == "compiled C"
+    assert (found.method, found.steps) == (machine.method, machine.steps)
+    assert found.columns["theta"] == pytest.approx(machine.columns["theta"], abs=1e-13)
+    for y in np.random.default_rng(0).uniform(-3, 3, (20, 2)):
+        assert functions.rhs(0.0, y).tobytes() == theirs.rhs(0.0, y).tobytes()
 
 
 #: Starts a process that holds what it inherits, signals that it is there, and waits for it. Of two
