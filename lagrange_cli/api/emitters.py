@@ -40,6 +40,12 @@ def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[st
     return emit_python(equations, options)
 
 
+def _javascript(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.languages.javascript import emit_javascript
+
+    return emit_javascript(equations, options)
+
+
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.pictures.sketch.tikz import emit_tikz
 
@@ -123,6 +129,13 @@ EMITTERS: dict[str, Emitter] = {
                 _LINEARIZATION,
                 _CANONICAL,
             ),
+        ),
+        Emitter(
+            name="javascript",
+            title="JavaScript: an ES module for browsers and Node.js, runnable as a script",
+            extensions=(".mjs",),
+            single_file=True,
+            run=_javascript,
         ),
         Emitter(
             name="tikz",

@@ -14,6 +14,11 @@ from pkgutil import get_data
 _PACKAGE = "lagrange_cli.emit"
 
 
+def template(language: str, name: str) -> str:
+    """Return the text of ``templates/LANGUAGE/NAME.in``."""
+    return _text(language, f"{name}.in")
+
+
 def c_template(name: str) -> str:
     """Return the text of ``templates/c/NAME.c.in``."""
     return _text("c", f"{name}.c.in")

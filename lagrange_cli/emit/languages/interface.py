@@ -1,0 +1,242 @@
+"""The interface of an emitted module: functions, names, order, documentation, and the run.
+
+Every language of :mod:`lagrange_cli.emit.languages` has these functions under these names.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.initial_state import rates_note, steps_per_row
+from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
+from lagrange_cli.emit.shared_code import recorded_inputs
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS, constraint_programs
+from lagrange_cli.program.lowered.functions import Function, Let, steps_in
+from lagrange_cli.program.lowered.lowering import lowered
+from lagrange_cli.program.program import Program, build_program, optional_outputs
+from lagrange_cli.version import __version__
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Rows that a script prints, and steps from one to the next.
+_ROWS = 500
+_STEPS_PER_ROW = 20
+
+#: Function → its documentation.
+_DOCUMENTATION = {
+    "rhs": "State derivative [v, a].",
+    "mass_matrix": "Mass matrix M(q, t) of M a = f, n by n, by rows.",
+    "forcing": "Forcing f(q, v, t) of M a = f.",
+    "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
+    "positions": "Positions, in the order of the heading.",
+    "velocities": "Time derivatives of the positions.",
+    "inputs": "Inputs as the scene has them at time t.",
+    "outputs": "Outputs, in the order of the heading.",
+    "multipliers": "Multipliers, in the order of the closures.",
+    "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
+}
+
+_FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A coordinate, parameter or input.
+
+    Attributes
+    ----------
+    name
+        Its name in the scene.
+    identifier
+        Its name in the module.
+    note
+        Name, unit and description, as text of a comment.
+    value
+        Its value in the scene; None where it must be given.
+    """
+
+    name: str
+    identifier: str
+    note: str
+    value: float | None = None
+
+
+@dataclass(frozen=True)
+class Interface:
+    """Everything that a module of one scene holds, without a language.
+
+    Attributes
+    ----------
+    name
+        The scene's name as an identifier.
+    heading
+        Lines of the comment at its head.
+    coordinates, parameters, inputs
+        The quantities that functions take, in their order.
+    functions
+        The functions, each with its documentation.
+    names
+        Name of an input of programs (``q0``, ``v0``, ``p0``, ``u0``) → its identifier.
+    initial
+        Initial state; None where the scene has none.
+    start, until
+        Times at which the script's run begins and ends.
+    rows, steps
+        Intervals of the table that the script prints, and integration steps in each.
+    """
+
+    name: str
+    heading: tuple[str, ...]
+    coordinates: tuple[Quantity, ...]
+    parameters: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    functions: tuple[tuple[Function, str], ...]
+    names: Mapping[str, str]
+    initial: tuple[float, ...] | None
+    start: float
+    until: float
+    rows: int
+    steps: int
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """Names of the numbers of the state, as the script's table has them."""
+        names = [c.name for c in self.coordinates]
+        return (*names, *(f"dot({name})" for name in names))
+
+
+def interface_of(equations: Equations, language: str, reserved: frozenset[str]) -> Interface:
+    """Return the interface of a scene's module.
+
+    Parameters
+    ----------
+    language
+        Name of the language, for refusals.
+    reserved
+        Words that identifiers must not be.
+
+    Raises
+    ------
+    InputError
+        The scene has contacts or recorded inputs.
+    """
+    _require_held(equations, language)
+    functions = tuple(
+        (lowered(program, name), _DOCUMENTATION[name]) for name, program in _programs(equations)
+    )
+    taken = reserved | _local_names(functions)
+    system, defaults = equations.system, equations.system.simulate
+    until = defaults.start + 10.0 if defaults.until is None else defaults.until
+    initial = system.initial
+    names = _names(equations, taken)
+    (name,) = unique_identifiers([equations.presentation.name], reserved)
+    return Interface(
+        name,
+        tuple(_heading(equations)),
+        tuple(
+            Quantity(c.name, names[f"q{i}"], described(c)) for i, c in enumerate(system.coordinates)
+        ),
+        tuple(
+            Quantity(p.name, names[f"p{i}"], described(p), p.value)
+            for i, p in enumerate(system.parameters)
+        ),
+        tuple(
+            Quantity(u.name, names[f"u{i}"], comment_text(u.name))
+            for i, u in enumerate(system.inputs)
+        ),
+        functions,
+        names,
+        None if initial is None else (*initial.positions, *initial.velocities),
+        float(defaults.start),
+        float(until),
+        _ROWS,
+        steps_per_row(equations, _ROWS, _STEPS_PER_ROW),
+    )
+
+
+def _require_held(equations: Equations, language: str) -> None:
+    """Refuse scenes that need more than functions of a state."""
+    if equations.system.contacts:
+        reason = "contacts open and close at events, which emitted C and Python follow"
+    elif recorded_inputs(equations):
+        reason = "inputs from a file are looked up, which emitted C and Python do"
+    else:
+        return
+    problem = f"--to {language} does not hold this scene: {reason}"
+    raise InputError(Problem(problem, hint="--to c and --to python hold it", rule="language"))
+
+
+def _programs(equations: Equations) -> Iterator[tuple[str, Program]]:
+    for name in (*_FUNCTIONS, *optional_outputs(equations)):
+        yield name, build_program(equations, ["acceleration" if name == "rhs" else name])
+    for name, program in constraint_programs(equations).items():
+        if name not in INTERNAL_FUNCTIONS:
+            yield name, program
+
+
+def _local_names(functions: tuple[tuple[Function, str], ...]) -> set[str]:
+    """Collect the names that statements of the functions define."""
+    return {
+        step.name
+        for function, _ in functions
+        for step in steps_in(function.body)
+        if isinstance(step, Let)
+    } | {function.name for function, _ in functions}
+
+
+def _names(equations: Equations, taken: frozenset[str]) -> dict[str, str]:
+    """Return an identifier for each input of the programs, all of them different."""
+    system = equations.system
+    entries = [(f"p{i}", p.name) for i, p in enumerate(system.parameters)]
+    entries += [(f"u{i}", u.name) for i, u in enumerate(system.inputs)]
+    entries += [(f"q{i}", c.name) for i, c in enumerate(system.coordinates)]
+    entries += [(f"v{i}", f"{c.name}_dot") for i, c in enumerate(system.coordinates)]
+    identifiers = unique_identifiers((name for _, name in entries), taken)
+    return {dummy: name for (dummy, _), name in zip(entries, identifiers, strict=True)}
+
+
+def _heading(equations: Equations) -> Iterator[str]:
+    """Yield what the module says of itself."""
+    presentation, system = equations.presentation, equations.system
+    name = comment_text(presentation.name)
+    yield f"{name}: {comment_text(presentation.title)}" if presentation.title else name
+    if presentation.description:
+        yield ""
+        yield comment_text(presentation.description)
+    yield ""
+    if system.multipliers:
+        yield "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closures beside"
+        yield "them: l[k] is the multiplier and g[k] the gradient of closure k."
+    else:
+        yield "Equations of motion M(q, t) a = f(q, v, t)."
+    yield "The state y holds the coordinates q, then their velocities v. Functions have no result"
+    yield "(NaN, or a status that is not 0) where M is singular or a number is not finite."
+    yield from domain_note(equations)
+    yield from _listed("Coordinates", [described(c) for c in system.coordinates])
+    yield from _listed("Parameters", [described(p) for p in system.parameters])
+    yield from _listed("Inputs", [comment_text(u.name) for u in system.inputs])
+    yield from _listed("Outputs", [comment_text(name) for name, _ in system.outputs])
+    yield from _listed("Positions", [comment_text(c.name) for c in system.cartesian_names])
+    yield from _listed("Closures", [comment_text(f"{c.name}: {c.text}") for c in system.closures])
+    yield from rates_note(equations)
+    yield ""
+    yield f"Made by lagrange {__version__} from the scene with SHA-256"
+    yield comment_text(presentation.digest)
+    yield "This output is yours: use it as you like, under any terms."
+
+
+def _listed(title: str, entries: list[str]) -> Iterator[str]:
+    if entries:
+        yield ""
+        yield f"{title}, in their order:"
+        yield from (f"  {entry}" for entry in entries)
+
+
+def is_input(name: str) -> bool:
+    """Tell whether a variable of a function is one of its inputs."""
+    return re.fullmatch(r"[pquv]\d+", name) is not None

@@ -1,0 +1,113 @@
+"""JavaScript: an ES module for browsers and Node.js, without dependencies.
+
+Functions return new arrays of 64-bit numbers, NaN where there is no result.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.emit.languages.printer import Language
+from lagrange_cli.emit.naming import file_stem
+from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.lowered.functions import Function, Solve
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+_WORDS = """
+arguments await break case catch class const continue debugger default delete do else enum eval
+export extends false finally for function if implements import in instanceof interface let new null
+package private protected public return static super switch this throw true try typeof undefined var
+void while with yield NaN Infinity Math Number Float64Array Object Array console process globalThis
+t y p u out i j k l given matrix vector columns scales band multipliers work w
+COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL ROWS STEPS integrate main name async of
+get set
+"""
+
+
+class JavaScript(Language):
+    """JavaScript, as ECMAScript 2015 has it."""
+
+    functions: ClassVar = {name: f"Math.{name}" for name in PROGRAM_FUNCTIONS}
+    reserved: ClassVar = frozenset(_WORDS.split())
+    tab = "  "
+
+    def head(self, function: Function, documentation: str) -> list[str]:
+        driven = ", u = inputs(t, y, p)" if function.driven and function.name != "inputs" else ""
+        size = 1
+        for length in function.shape:
+            size *= length
+        return [
+            f"/** {documentation} */",
+            f"export function {function.name}(t, y, p = DEFAULTS{driven}) {{",
+            f"{self.tab}const out = new Float64Array({size});",
+        ]
+
+    def foot(self, function: Function) -> list[str]:
+        return [f"{self.tab}return out{'' if function.shape else '[0]'};", "}"]
+
+    def let(self, name: str, text: str) -> str:
+        return f"const {name} = {text};"
+
+    def store(self, target: str, text: str) -> str:
+        return f"{target} = {text};"
+
+    def loop(self, counter: str, count: str) -> tuple[str, str]:
+        return f"for (let {counter} = 0; {counter} < {count}; ++{counter}) {{", "}"
+
+    def array(self, name: str, size: int) -> list[str]:
+        return [f"const {name} = new Float64Array({size});"]
+
+    def require(self, test: str) -> list[str]:
+        return [f"if (!({test})) return out.fill(NaN);"]
+
+    def finite(self, count: int) -> list[str]:
+        return ["if (!out.every(Number.isFinite)) return out.fill(NaN);"]
+
+    def solve(self, step: Solve) -> list[str]:
+        arrays = [f"{a.name}.subarray({a.index.base})" for a in step.arrays]
+        arguments = ", ".join([*map(str, step.sizes), *arrays])
+        return [f"if (!solve_{step.routine}({arguments})) return out.fill(NaN);"]
+
+
+def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+    """``NAME.mjs``.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in JavaScript.
+    InputError
+        A constant is outside the range of a double, or the scene has contacts or recordings.
+    """
+    interface = interface_of(equations, "javascript", JavaScript.reserved)
+    language = JavaScript(interface)
+    functions = [
+        "\n".join(language.function_lines(function, text)) for function, text in interface.functions
+    ]
+    constants = {
+        "COORDINATES": [c.name for c in interface.coordinates],
+        "PARAMETERS": [p.name for p in interface.parameters],
+        "INPUTS": [u.name for u in interface.inputs],
+        "DEFAULTS": [p.value for p in interface.parameters],
+        "INITIAL": interface.initial,
+        "START": interface.start,
+        "UNTIL": interface.until,
+        "ROWS": interface.rows,
+        "STEPS": interface.steps,
+    }
+    stated = [f"export const {name} = {json.dumps(value)};" for name, value in constants.items()]
+    driven = "inputs(t, y, p)" if interface.inputs else ""
+    script = filled(template("javascript", "script.mjs"), {"@INPUTS@": driven})
+    parts = [
+        "\n".join(language.commented(interface.heading)),
+        "\n".join(stated),
+        *functions,
+        script,
+    ]
+    return {f"{file_stem(equations.presentation.name)}.mjs": "\n\n".join(parts)}

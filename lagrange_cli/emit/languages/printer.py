@@ -1,0 +1,259 @@
+"""The walk over lowered functions that all languages share.
+
+A language is a subclass of :class:`Language` that says how a number, a statement, a loop and a
+function are written. Indices count from ``first``; a line that is too long is broken where the
+language allows it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from textwrap import wrap
+from typing import ClassVar
+
+from lagrange_cli.emit.languages.interface import Interface, is_input
+from lagrange_cli.program.graph.operands import COUNTED, AffineIndex, Coefficient, Element, Operand
+from lagrange_cli.program.lowered.functions import (
+    EPSILON,
+    For,
+    Function,
+    Let,
+    LocalArray,
+    Remark,
+    Require,
+    RequireFinite,
+    Scope,
+    Solve,
+    Step,
+    Store,
+    Total,
+    names_read,
+)
+from lagrange_cli.program.printing import Dialect, double_literal, expression_text
+from lagrange_cli.program.systems.loops import table_name
+
+#: Counters of nested loops, outermost first.
+COUNTERS = "ijkl"
+
+#: Letters of inputs → the array that holds them.
+ARRAYS = {"p": "p", "u": "u", "q": "y", "v": "y"}
+
+
+#: Half the distance from 1 to the next number of double precision.
+_ROUNDING = Fraction(1, 2**53)
+
+
+class Language(ABC):
+    """A language that prints lowered functions.
+
+    Attributes
+    ----------
+    functions
+        Function of a program → text of the callee.
+    reserved
+        Words that identifiers must not be: keywords, and names that the module uses.
+    comment
+        Text that begins a comment, which the end of a line ends.
+    first
+        Index of the first number of an array.
+    tab
+        Indentation of a level.
+    width
+        Column before which lines are broken.
+    continued
+        Text at the end of a line that goes on; None where lines may be broken anywhere.
+    """
+
+    functions: ClassVar[Mapping[str, str]]
+    reserved: ClassVar[frozenset[str]]
+    comment = "// "
+    first = 0
+    tab = "    "
+    width = 100
+    continued = ""
+
+    def __init__(self, interface: Interface) -> None:
+        self.interface = interface
+        names = {**interface.names, EPSILON: self.number(_ROUNDING)}
+        self.dialect = Dialect(self.number, self.functions, names, self.element)
+        self._level = 0
+        #: Tables of indices that the functions printed so far look into.
+        self.tables: dict[str, tuple[int, ...]] = {}
+        #: Routines that they call.
+        self.routines: set[str] = set()
+
+    # -- what a language says --------------------------------------------------------
+
+    def number(self, value: Coefficient) -> str:
+        """Return a literal of double precision."""
+        return double_literal(value)
+
+    @abstractmethod
+    def head(self, function: Function, documentation: str) -> list[str]:
+        """Return the lines that begin a function, with its documentation."""
+
+    @abstractmethod
+    def foot(self, function: Function) -> list[str]:
+        """Return the lines that end a function with its results."""
+
+    @abstractmethod
+    def let(self, name: str, text: str) -> str:
+        """Return the statement that names a number."""
+
+    @abstractmethod
+    def store(self, target: str, text: str) -> str:
+        """Return the statement that stores a number."""
+
+    @abstractmethod
+    def loop(self, counter: str, count: str) -> tuple[str, str]:
+        """Return the lines around the body of a loop over ``counter`` from 0 to below ``count``."""
+
+    @abstractmethod
+    def array(self, name: str, size: int) -> list[str]:
+        """Return the lines that make a local array of so many numbers."""
+
+    @abstractmethod
+    def require(self, test: str) -> list[str]:
+        """Return the lines that end a function as singular unless a test holds."""
+
+    @abstractmethod
+    def finite(self, count: int) -> list[str]:
+        """Return the lines that end a function unless all results are finite."""
+
+    @abstractmethod
+    def solve(self, step: Solve) -> list[str]:
+        """Return the lines that solve equations, or end the function as singular."""
+
+    def total(self, step: Total) -> list[str]:
+        """Return the lines that replace the first of some numbers by their sum."""
+        target = Element(step.start.name, step.start.index)
+        term = Element(step.start.name, AffineIndex(step.start.index.base + 1, (1,)))
+        begins, ends = self.loop(COUNTERS[0], str(step.count - 1))
+        self._level += 1
+        added = self.store(self.element(target), f"{self.element(target)} + {self.element(term)}")
+        self._level -= 1
+        return [begins, f"{self.tab}{added}", ends]
+
+    def scope(self) -> tuple[str, str] | None:
+        """Return the lines around statements whose names are their own; None if there are none."""
+        return "{", "}"
+
+    def counted(self, index: str) -> str:
+        """Return an integer as a number."""
+        return index
+
+    def element_text(self, name: str, index: str) -> str:
+        """Return a number of an array, by an index from ``first`` on."""
+        return f"{name}[{index}]"
+
+    # -- the walk --------------------------------------------------------------------
+
+    def function_lines(self, function: Function, documentation: str) -> list[str]:
+        """Return the lines of a function."""
+        lines = [*self.inputs_of(function), *self._all(function.body)]
+        return [
+            *self.head(function, documentation),
+            *(f"{self.tab}{line}".rstrip() for line in lines),
+            *self.foot(function),
+        ]
+
+    def inputs_of(self, function: Function) -> list[str]:
+        """Name the numbers of the state, of the parameters and of the inputs that are read."""
+        read = {name for name in names_read(function.body) if is_input(name)}
+        n = function.coordinates
+        lines = []
+        for letter in "puqv":
+            numbers = sorted(int(name[1:]) for name in read if name[0] == letter)
+            for k in numbers:
+                place = str(k + (n if letter == "v" else 0) + self.first)
+                text = self.element_text(ARRAYS[letter], place)
+                lines.append(self.let(self.interface.names[f"{letter}{k}"], text))
+        return lines
+
+    def _all(self, body: Sequence[Step]) -> Iterator[str]:
+        for step in body:
+            yield from self._lines(step)
+
+    def _lines(self, step: Step) -> list[str]:
+        if isinstance(step, Let):
+            return self.broken(self.let(step.name, self.text(step.operand)))
+        if isinstance(step, Store):
+            return self.broken(self.store(self.element(step.target), self.text(step.operand)))
+        if isinstance(step, For):
+            return self._loop(step)
+        if isinstance(step, Scope):
+            return self._scope(step)
+        if isinstance(step, Remark):
+            return [f"{self.comment}{step.text}"]
+        if isinstance(step, LocalArray):
+            size = step.shape[0] * step.shape[-1] if len(step.shape) > 1 else step.shape[0]
+            return self.array(step.name, size)
+        if isinstance(step, Solve):
+            self.routines.add(step.routine)
+            return self.solve(step)
+        if isinstance(step, Total):
+            return self.total(step)
+        if isinstance(step, Require):
+            return self.require(f"{self.text(step.value)} > {self.text(step.bound)}")
+        assert isinstance(step, RequireFinite)
+        return self.finite(step.count)
+
+    def _loop(self, loop: For) -> list[str]:
+        begins, ends = self.loop(COUNTERS[self._level], self._affine(loop.count))
+        self._level += 1
+        body = [f"{self.tab}{line}" for line in self._all(loop.body)]
+        self._level -= 1
+        return [begins, *body, ends]
+
+    def _scope(self, step: Scope) -> list[str]:
+        around = self.scope()
+        body = [*self._all(step.body)]
+        return body if around is None else [around[0], *(f"{self.tab}{b}" for b in body), around[1]]
+
+    def text(self, operand: Operand) -> str:
+        """Return an expression."""
+        return expression_text(operand, self.dialect)
+
+    def element(self, element: Element) -> str:
+        """Return a number of an array."""
+        index = self._affine(element.index)
+        if element.name == COUNTED:
+            return self.counted(index)
+        if element.table is not None:
+            table = table_name("at", element.table)
+            self.tables[table] = element.table
+            counter = self._affine(AffineIndex(self.first, (0,) * (self._level - 1) + (1,)))
+            looked = self.element_text(table, counter)
+            index = looked if index == "0" else f"{index}+{looked}"
+        if self.first and element.table is None:
+            shifted = AffineIndex(element.index.base + self.first, element.index.steps)
+            index = self._affine(shifted)
+        elif self.first:
+            index = f"{index}+{self.first}"
+        return self.element_text(element.name, index)
+
+    def _affine(self, index: AffineIndex) -> str:
+        """base+step*counter+…, without what is zero."""
+        text = str(index.base) if index.base else ""
+        for step, counter in zip(index.steps, COUNTERS, strict=False):
+            if step:
+                term = counter if abs(step) == 1 else f"{abs(step)}*{counter}"
+                text += ("-" if step < 0 else "+" if text else "") + term
+        return text or "0"
+
+    def broken(self, line: str) -> list[str]:
+        """Return a statement over several lines where it is long."""
+        width = self.width - 3 * len(self.tab)
+        lines = wrap(line, width, break_long_words=False, break_on_hyphens=False)
+        return [
+            ("" if k == 0 else self.tab) + text + (self.continued if k < len(lines) - 1 else "")
+            for k, text in enumerate(lines)
+        ]
+
+    def commented(self, lines: Sequence[str]) -> list[str]:
+        """Return lines as comments, wrapped."""
+        width = self.width - len(self.comment)
+        pieces = [piece for line in lines for piece in (wrap(line, width) or [""])]
+        return [f"{self.comment}{piece}".rstrip() for piece in pieces]
