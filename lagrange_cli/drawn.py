@@ -31,11 +31,21 @@ class Drawn:
 
 
 class Reported:
-    """A value with a report."""
+    """A value with a report, which notebooks show."""
 
-    def _repr_markdown_(self) -> str:
-        """Return the report, which notebooks show."""
-        return str(import_module(_FORMATS).ReportForm("markdown").written(self))
+    #: The language of its words.
+    language: str = "en"
+
+    @property
+    def reported(self) -> object:
+        """The value whose report it is, of a type that the registry has."""
+        return self
+
+    def _repr_html_(self) -> str:
+        return str(import_module(_FORMATS).notebook_text(self, "html"))
+
+    def _repr_latex_(self) -> str:
+        return str(import_module(_FORMATS).notebook_text(self, "latex"))
 
 
 def draw_into(path: str | os.PathLike[str], value: object, asked: str | None = None) -> None:

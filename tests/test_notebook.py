@@ -1,20 +1,35 @@
-"""What notebooks show: tables in HTML, pages in Markdown, formulas that MathJax and KaTeX take."""
+"""What notebooks show of every value: its report, in HTML and in LaTeX."""
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import re
+import shutil
+import subprocess
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from lagrange_cli import InputError, load, loads
-from lagrange_cli.notation.html import html_formula, html_table, html_text
+from lagrange_cli.analysis.values import FrequencyResponse
+from lagrange_cli.api import Derivation, Report, Section, Trajectory
+from lagrange_cli.api.analyzed import Analyzed
+from lagrange_cli.api.derivation import Shown
+from lagrange_cli.drawn import Reported
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.writers.latex.document import equations_latex
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
+from lagrange_cli.studies.fit.result import Fit
+from lagrange_cli.studies.linear_motion import LinearMotion
 from lagrange_cli.studies.lyapunov import Lyapunov
+from lagrange_cli.studies.path.result import Paths
+from lagrange_cli.studies.stress.measure import Stress
+from lagrange_cli.studies.tradeoff.result import Trade
 from tests.emit.emit_scenes import chain_pendulum
 from tests.systems.shipped import derived
 
@@ -22,44 +37,37 @@ ROOT = Path(__file__).resolve().parents[1]
 HOSTILE = "<script>alert(\"$x$\")</script> & <b onclick='y'> $\\frac{1}$ </td></table>"
 
 
-class Tables(HTMLParser):
-    """Captions and rows of cells, as a reader sees them; every tag is closed."""
+#: What the interface returns that is no text, mapping or part of a run.
+VALUES = {
+    *(Analyzed, Derivation, Ensemble, Fit, FrequencyResponse, LinearMotion, Lyapunov, Paths),
+    *(Report, Section, Shown, Stress, Trade, Trajectory),
+}
 
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.captions: list[str] = []
-        self.rows: list[list[str]] = []
-        self.seen: set[str] = set()
-        self.feed(text)
-        assert self.tags == []
+#: Returned, and not shown.
+PARTS = {"Model", "PathModels"}
 
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.seen.add(tag)
-        assert [name for name, _ in attrs] in ([], ["colspan"])
-        if tag == "tr":
-            self.rows.append([])
-        elif tag in ("td", "th"):
-            self.rows[-1].append("")
-        elif tag == "caption":
-            self.captions.append("")
 
-    def handle_endtag(self, tag):
-        assert self.tags.pop() == tag
+class Page:
+    """What a notebook has of a value: its text, headings, and rows of cells."""
 
-    def handle_data(self, data):
-        if "caption" in self.tags:
-            self.captions[-1] += data
-        elif {"td", "th"} & set(self.tags):
-            self.rows[-1][-1] += data
-        else:
-            assert not data.strip()
+    def __init__(self, value: Any) -> None:
+        self.html = value._repr_html_()
+        self.tree = ElementTree.fromstring(f"<div>{self.html}</div>")
+        self.text = "".join(self.tree.itertext())
+        self.headings = ["".join(e.itertext()) for n in ("h1", "h2") for e in self.tree.iter(n)]
+        self.rows = [["".join(cell.itertext()) for cell in row] for row in self.tree.iter("tr")]
 
-    def cell(self, name):
+    def cells(self, name: str) -> list[str]:
         """The cells of the row that begins with a name."""
-        (row,) = [row[1:] for row in self.rows if row and row[0] == name]
+        (row,) = [row[1:] for row in self.rows if row[0] == name]
         return row
+
+    def said(self, label: str) -> list[str]:
+        """What stands beside a label in a list of terms."""
+        terms = list(self.tree.iter("dt"))
+        answers = list(self.tree.iter("dd"))
+        pairs = zip(terms, answers, strict=True)
+        return ["".join(a.itertext()) for t, a in pairs if "".join(t.itertext()) == label]
 
 
 @pytest.fixture(scope="module")
@@ -77,67 +85,98 @@ def katex(monkeypatch):
     return lambda formulas: documents.refused_by_katex([(f, False) for f in formulas])
 
 
-def test_text_is_neither_markup_nor_mathematics():
-    table = Tables(html_table(html_text(HOSTILE), (HOSTILE, "b"), [[html_text(HOSTILE), ""]], 1))
-    assert table.captions == [HOSTILE]
-    assert table.rows == [[HOSTILE, "b"], [HOSTILE, ""]]
-    assert table.seen == {"table", "caption", "thead", "tbody", "tr", "th", "td", "span"}
-    assert "$x" not in html_text(HOSTILE)
-    assert html_formula("a < b") == "$a &lt; b$"
+@pytest.mark.parametrize("kind", sorted(VALUES, key=lambda kind: kind.__name__))
+def test_every_value_shows_itself_by_its_report(kind):
+    assert kind._repr_html_ is Reported._repr_html_
+    assert kind._repr_latex_ is Reported._repr_latex_
 
 
-def test_long_tables_say_what_they_leave_out():
-    table = Tables(html_table("", ("n",), ([str(n)] for n in range(30)), 30))
-    assert [row[0] for row in table.rows] == ["n", *map(str, range(24)), "and 6 more"]
+def test_every_value_that_a_derivation_returns_is_one_of_them():
+    methods = [f for n, f in inspect.getmembers(Derivation, callable) if not n.startswith("_")]
+    returned = {f.__annotations__.get("return", "Self") for f in methods}
+    names = {name for name in returned if name[0].isupper() and name not in ("None", "Self")}
+    assert names <= {kind.__name__ for kind in VALUES} | PARTS
 
 
-def test_a_trajectory_shows_its_accuracy_and_its_end(derivation, katex):
+def test_a_trajectory_shows_its_accuracy_and_its_end(derivation):
     trajectory = derivation.simulate(until=1.0, accuracy=1e-9)
-    shown = Tables(trajectory._repr_html_())
-    assert shown.captions[0] == "Double pendulum: t = 0 to 1, 501 samples, ok"
-    (accuracy,) = shown.cell("accuracy")
-    assert accuracy.startswith("1e-09 requested, ")
-    value, rate, unit = shown.cell(r"$\theta_{1}$")
-    assert float(value) == pytest.approx(trajectory.state["theta1"], rel=1e-8)
-    assert float(rate) == pytest.approx(trajectory.state["dot(theta1)"], rel=1e-8)
+    shown = Page(trajectory)
+    assert shown.headings == ["double_pendulum at t = 1"]
+    (accuracy,) = shown.said("Accuracy")
+    assert accuracy.startswith("10−9 requested, ")
+    value, rate, unit = shown.cells("θ1")
+    assert float(value.replace("−", "-")) == pytest.approx(trajectory.state["theta1"], rel=1e-8)
+    rates = float(rate.replace("−", "-"))
+    assert rates == pytest.approx(trajectory.state["dot(theta1)"], rel=1e-8)
     assert unit == "rad"
-    formulas = [row[0][1:-1] for row in shown.rows if row[0].startswith("$")]
-    assert len(formulas) == 8
-    assert katex(formulas) == []
+    assert r"$\theta_{1}$" in trajectory._repr_latex_()
 
 
 def test_a_motion_that_ends_says_why():
     ball = load(ROOT / "systems" / "contact" / "bouncing_ball.yaml").derive()
-    shown = Tables(ball.simulate(until=2.0)._repr_html_())
-    (events,) = shown.cell("events")
-    assert "first contact:floor at t = 0.45" in events
-    chosen = Tables(ball.simulate(until=0.2, method="RK45", rtol=1e-6)._repr_html_())
-    assert chosen.cell("accuracy") == ["nothing is promised or estimated: a method was chosen"]
+    (first,) = Page(ball.simulate(until=0.5)).rows[-1:]
+    assert first[:2] == ["0.451523641", "contact:floor"]
+    chosen = Page(ball.simulate(until=0.2, method="RK45", rtol=1e-6))
+    promise = "nothing is promised or estimated: a method was chosen"
+    assert chosen.said("Accuracy") == [promise]
 
 
 def test_texts_of_a_trajectory_are_escaped(derivation):
     trajectory = derivation.simulate(until=0.1)
-    labels = replace(trajectory.labels, title=HOSTILE, units={"theta1": HOSTILE})
-    hostile = replace(trajectory, labels=labels, reason=HOSTILE, remarks=(HOSTILE,))
-    shown = Tables(hostile._repr_html_())
-    assert shown.captions[0].startswith(HOSTILE)
-    assert shown.cell("reason") == shown.cell("remark") == [HOSTILE]
-    assert shown.cell(r"$\theta_{1}$")[2] == HOSTILE
+    labels = replace(trajectory.labels, units={"theta1": "<b>"})
+    hostile = replace(
+        trajectory, name=HOSTILE, labels=labels, reason=HOSTILE, remarks=(HOSTILE, "it")
+    )
+    shown = Page(hostile)
+    assert shown.headings[0].startswith(HOSTILE)
+    assert shown.said("Reason") == [HOSTILE]
+    assert shown.said("Remark") == [HOSTILE, "it"]
+    assert not list(shown.tree.iter("b"))
 
 
 def test_an_ensemble_shows_its_members(derivation):
-    ensemble = derivation.ensemble({"theta1": [0.1, 0.2], "m1": [1, -1]}, until=0.5)
-    shown = Tables(ensemble._repr_html_())
-    assert shown.captions == ["double_pendulum: 4 members, 501 samples; 2 ok, 2 refused"]
-    assert shown.rows[0] == ["theta1", "m1", "status", "estimated", "method", "reason"]
-    assert [row[:3] for row in shown.rows[1:]] == [
-        *(["0.1", "1", "ok"], ["0.1", "-1", "refused"]),
-        *(["0.2", "1", "ok"], ["0.2", "-1", "refused"]),
-    ]
-    assert shown.rows[2][3] == ""
+    ensemble = derivation.ensemble(
+        {"theta1": [0.1, 0.2], "m1": [1, -1]}, until=0.5, reduce=["max(theta1)"]
+    )
+    shown = Page(ensemble)
+    assert shown.headings == ["double_pendulum: 4 of 4 members", "Reduced", "Failed"]
+    assert shown.said("Status") == ["2 ok, 2 refused"]
+    (reduced,) = shown.said("max(theta1)")
+    assert reduced.endswith(", of 2 members")
+    (refused,) = shown.said("3")
+    assert refused.startswith("theta1 = 0.2, m1 = -1: refused, ")
     reasons = np.array([HOSTILE] * 4)
-    hostile = replace(ensemble, arrays={**ensemble.arrays, "member/reason": reasons})
-    assert Tables(hostile._repr_html_()).rows[1][-1] == HOSTILE
+    hostile = Page(replace(ensemble, arrays={**ensemble.arrays, "member/reason": reasons}))
+    assert hostile.said("1") == [f"theta1 = 0.1, m1 = -1: refused, {HOSTILE}"]
+
+
+def test_sections_responses_and_linear_systems_are_shown(derivation):
+    crossings = derivation.section("theta1=0, dot(theta1)>0", until=2.0)
+    assert Page(crossings).headings == [
+        f"double_pendulum where theta1=0, dot(theta1)>0: {len(crossings)} points"
+    ]
+    beside = load(ROOT / "systems" / "pendulums" / "pendulum.yaml").derive().linearize(until=1.0)
+    assert Page(beside).headings == ["pendulum", "Along the motion"]
+    spring = load(ROOT / "systems" / "oscillators" / "driven_spring.yaml").derive()
+    response = Page(spring.frequency_response(0.1, 100))
+    assert response.headings == ["Frequency response"]
+    assert "6.32455532" in response.text
+
+
+@pytest.mark.slow
+@pytest.mark.latex
+def test_what_notebooks_hold_compiles_within_their_document(derivation, tmp_path):
+    """Of the packages that are not LaTeX's own nbconvert loads these two."""
+    if shutil.which("pdflatex") is None:
+        pytest.skip("pdflatex is not installed")
+    values = derivation, derivation.simulate(until=1.0), derivation.analyze()
+    body = "\n\n".join(value._repr_latex_() for value in values)
+    preamble = r"\documentclass{article}\usepackage[T1]{fontenc}\usepackage{amsmath,booktabs}"
+    text = preamble + "\n\\begin{document}\n" + body + "\n\\end{document}\n"
+    (tmp_path / "it.tex").write_text(text, encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "it.tex"]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+    assert run.returncode == 0, run.stdout.decode(errors="replace")[-2000:]
 
 
 @pytest.mark.slow
@@ -145,7 +184,7 @@ def test_an_ensemble_shows_its_members(derivation):
 def test_a_trade_shows_its_front(derivation, katex):
     trade = derivation.tradeoff(methods=["DOP853"], repeat=1, until=0.5)
     assert repr(trade).startswith("<Trade of double_pendulum: ")
-    page = trade._repr_markdown_()
+    page = ReportForm("markdown").written(trade)
     assert page.startswith("# double\\_pendulum until t = $0.5$: ")
     assert "| method | setting | error | seconds |" in page
     assert f"--method {trade.recommended[0].point.setting.method} --rtol" in page
@@ -153,13 +192,11 @@ def test_a_trade_shows_its_front(derivation, katex):
 
 
 def test_a_derivation_shows_a_page_and_formulas(derivation, katex):
-    page = derivation._repr_markdown_()
-    assert page == derivation.emit("markdown")["double_pendulum.md"]
-    assert "## Equations of motion" in page
-    formula = derivation._repr_latex_()
-    assert formula.startswith("$$\n")
-    assert formula.endswith("\n$$")
-    assert katex([formula[3:-3]]) == []
+    page = Page(derivation)
+    assert page.html in derivation.emit("html")["double_pendulum.html"]
+    assert "Equations of motion" in page.headings
+    assert r"\paragraph{Equations of motion}" in derivation._repr_latex_()
+    assert katex([equations_latex(derivation.equations)]) == []
     assert repr(derivation.equations) == (
         "<Equations of double_pendulum in theta1, theta2: minimal form>"
     )
@@ -173,7 +210,7 @@ def test_a_page_holds_no_text_of_the_scene_as_markup():
         particles: {{p: {{mass: m, position: [x, 0, 0]}}}}
         coordinates: [x]
     """
-    page = loads(scene, file="it.yaml").derive()._repr_markdown_()
+    page = loads(scene, file="it.yaml").derive().emit("markdown")["it.md"]
     assert page.startswith(r"# \<b\> $x$ \# \*bold\* \| \[a\](b)")
     (row,) = [line for line in page.splitlines() if line.startswith("| $")]
     assert row == r"| ${x\vert{}y\vert{}}$ | a \| b \<i\> $z$ | $1$ |"
@@ -182,18 +219,20 @@ def test_a_page_holds_no_text_of_the_scene_as_markup():
 @pytest.mark.slow
 def test_equations_that_nobody_would_read_are_left_out(derivation):
     bicycle = replace(derivation, equations=derived("bicycle"))
-    assert "`--written-out` prints them." in bicycle._repr_markdown_()
-    assert len(bicycle._repr_latex_()) < 20_000
+    assert "<code>--written-out</code> prints them." in bicycle._repr_html_()
+    assert len(bicycle._repr_latex_()) < 40_000
     assert repr(bicycle) == "<Derivation of bicycle>"
 
 
 def test_parts_of_a_derivation_are_shown_alone(derivation):
     shown = derivation.show("account", "certificate")
-    headings = [line for line in shown._repr_markdown_().splitlines() if line.startswith("## ")]
-    assert headings == ["## Degrees of freedom", "## Certificate"]
-    assert repr(shown) == shown.markdown
-    assert "## Freiheitsgrade" in derivation.show(language="de").markdown
-    with pytest.raises(InputError, match="'sections' of format 'markdown' cannot be 'acount'"):
+    assert Page(shown).headings == ["Double pendulum", "Degrees of freedom", "Certificate"]
+    assert "\n## Degrees of freedom\n" in repr(shown)
+    german = derivation.show(language="de")
+    assert "Freiheitsgrade" in Page(german).headings
+    assert r"\paragraph{Freiheitsgrade}" in german._repr_latex_()
+    assert "<svg" in derivation.show("sketch")._repr_html_()
+    with pytest.raises(InputError, match="'sections' of format 'html' cannot be 'acount'"):
         derivation.show("acount")
 
 
@@ -210,8 +249,8 @@ def test_long_equations_are_broken(katex):
 @pytest.mark.slow
 def test_an_analysis_shows_its_page(derivation, katex):
     analysis = derivation.analyze()
-    page = analysis._repr_markdown_()
-    assert page == analysis.emit("markdown")["double_pendulum.md"]
+    assert Page(analysis).html in analysis.emit("html")["double_pendulum.html"]
+    page = analysis.emit("markdown")["double_pendulum.md"]
     assert "## Modes" in page
     assert repr(analysis) == analysis.text()
     documents = importlib.import_module("documents")
@@ -221,7 +260,9 @@ def test_an_analysis_shows_its_page(derivation, katex):
 def test_paths_show_actions_and_starts():
     ball = load(ROOT / "systems" / "lecture" / "thrown_ball.yaml").derive()
     paths = ball.path({"x": 0, "z": 0, "t": 0}, {"x": 4, "z": 0, "t": 1}, starts=2)
-    (table,) = [line for line in paths._repr_markdown_().splitlines() if "minimum" in line]
+    (table,) = [
+        line for line in ReportForm("markdown").written(paths).splitlines() if "minimum" in line
+    ]
     action, *rates = (float(x) for x in re.findall(r"\$([-\d.]+)\$", table)[-3:])
     assert action == pytest.approx(paths.solutions[0].action, rel=1e-6)
     assert rates == pytest.approx([4, 4.905])
@@ -237,19 +278,21 @@ def test_fits_show_values_with_their_errors(tmp_path):
     ]
     path.write_text("t,theta\n" + "\n".join(lines) + "\n")
     fit = pendulum.fit(path, ["l"])
-    (row,) = [line for line in fit._repr_markdown_().splitlines() if line.startswith("| l |")]
+    (row,) = [
+        line
+        for line in ReportForm("markdown").written(fit).splitlines()
+        if line.startswith("| l |")
+    ]
     plain = re.sub(r" \\times 10\^\{(-?\d+)\}", r"e\1", row)
     value, error, start = (float(x.strip(" $")) for x in plain.split("|")[2:5])
     assert value == pytest.approx(fit.values[0].value, rel=1e-6)
     assert (error, start) == (pytest.approx(fit.values[0].error, rel=0.1), 1.0)
     marred = replace(fit, name=HOSTILE, status="undetermined", reason=HOSTILE)
-    hostile = marred._repr_markdown_()
-    assert "<script>" not in hostile
-    assert "\\<script\\>" in hostile
+    assert HOSTILE in Page(marred).text
 
 
 def test_exponents_are_a_table():
     exponents = Lyapunov("it", (0.5, -0.5), (0.1, 0.2), 1.0, 10.0, np.ones(1), np.ones(1))
-    shown = Tables(exponents._repr_html_())
-    assert shown.captions == ["it: averaged from t = 1 to 10"]
-    assert shown.rows == [["exponent", "spread"], ["0.5", "0.1"], ["-0.5", "0.2"]]
+    shown = Page(exponents)
+    assert shown.headings == ["it", "Lyapunov exponents"]
+    assert shown.rows == [["exponent", "spread"], ["0.5", "0.1"], ["−0.5", "0.2"]]

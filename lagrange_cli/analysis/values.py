@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.drawn import Reported
+
 if TYPE_CHECKING:
     from sympy import Expr
 
@@ -316,7 +318,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class FrequencyResponse:
+class FrequencyResponse(Reported):
     """Responses y = G(iω) u e^{iωt} of all outputs to all inputs.
 
     Attributes

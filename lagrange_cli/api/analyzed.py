@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.result import Analysis
 from lagrange_cli.api.values import page_in
+from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.report.tables import json_text
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Analyzed(Analysis):
+class Analyzed(Analysis, Reported):
     """An analysis that formats write, and that notebooks typeset."""
 
     @classmethod
@@ -127,9 +128,6 @@ class Analyzed(Analysis):
         from lagrange_cli.pictures.drawn.branches import RootLoci
 
         return drawn(picture_of(RootLoci(self) if loci else self), ending)
-
-    def _repr_markdown_(self) -> str:
-        return self.emit("markdown").popitem()[1]
 
     def __repr__(self) -> str:
         """Return what the terminal shows."""

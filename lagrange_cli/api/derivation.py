@@ -9,28 +9,43 @@ from typing import TYPE_CHECKING, Any, Self
 from lagrange_cli.api import analysis, motion, studies
 from lagrange_cli.api.derived import Derived
 from lagrange_cli.api.values import page_in
+from lagrange_cli.drawn import Reported
+from lagrange_cli.emit.base import OptionValue, completed
+from lagrange_cli.report.document_options import HTML_OPTIONS
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.tables import json_text
+from lagrange_cli.report.tree import Document
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.base import OptionValue
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.report import Page
 
 
 @dataclass(frozen=True, repr=False)
-class Shown:
-    """A page of Markdown, which notebooks typeset."""
+class Shown(Reported):
+    """A document, which notebooks show.
 
-    markdown: str
+    Attributes
+    ----------
+    document
+        What it holds.
+    language
+        The language of its words.
+    """
 
-    def _repr_markdown_(self) -> str:
-        return self.markdown
+    document: Document
+    language: str = "en"
+
+    @property
+    def reported(self) -> Document:
+        return self.document
 
     def __repr__(self) -> str:
-        return self.markdown
+        return str(ReportForm("markdown", self.language).written(self.document))
 
 
 @dataclass(frozen=True)
-class Derivation(Derived):
+class Derivation(Derived, Reported):
     """Certified equations of motion.
 
     ``str`` gives the text of ``lagrange derive``; notebooks show it typeset. Its fields are those
@@ -165,7 +180,7 @@ class Derivation(Derived):
             Names of ``lagrange emit --sections``: ``account``, ``equations``, ``certificate`` and
             so on; without any, those of a document.
         options
-            Others of ``lagrange emit --to markdown``.
+            Others of ``lagrange emit --to html``.
 
         Raises
         ------
@@ -182,18 +197,16 @@ class Derivation(Derived):
         <BLANKLINE>
         At 8 random states these equations were compared...
         """
+        from lagrange_cli.report.contents.derivation.documents import asked_document
+
         chosen = {"sections": ",".join(sections)} if sections else {}
-        return Shown(*self.emit("markdown", **chosen, **options).values())
+        complete = completed("html", HTML_OPTIONS, {**chosen, **options})
+        document, language = asked_document(self.equations, complete, None)
+        return Shown(document, language.code)
 
-    # Notebooks show the page, and the formulas alone in PDF.
-
-    def _repr_markdown_(self) -> str:
-        return self.emit("markdown").popitem()[1]
-
-    def _repr_latex_(self) -> str:
-        from lagrange_cli.report.writers.latex.document import equations_latex
-
-        return f"$$\n{equations_latex(self.equations)}\n$$"
+    @property
+    def reported(self) -> Equations:
+        return self.equations
 
     def __str__(self) -> str:
         return self.text()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
-from lagrange_cli.report.document_options import DOCUMENTS, writer_of
+from lagrange_cli.report.document_options import DOCUMENTS
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 def _document(
     name: str, equations: Equations, options: Mapping[str, OptionValue]
 ) -> dict[str, str]:
-    files: dict[str, str] = writer_of(name, "emit")(equations, options)
-    return files
+    from lagrange_cli.report.contents.derivation.documents import written_document
+
+    return written_document(name, equations, options)
 
 
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:

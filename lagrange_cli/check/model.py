@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import Problem
 
 SceneOutcome: TypeAlias = Literal["pass", "fail", "invalid", "crash"]
@@ -40,7 +41,7 @@ class SceneReport:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class Report(Reported):
     """The outcomes for all scenes, in the order in which they were named."""
 
     scenes: tuple[SceneReport, ...]

@@ -19,4 +19,5 @@ __all__ = [
     "document_options",
     "formats",
     "tables",
+    "tree",
 ]

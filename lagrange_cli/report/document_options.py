@@ -156,8 +156,8 @@ class DocumentFormat:
     ending
         That of its files.
     module
-        Module of :mod:`.writers` that has ``emit_NAME(equations, options, content)``, which
-        returns file name → text, and ``report_NAME(document, language)``, which returns a text.
+        Module of :mod:`.writers` that has ``report_NAME(document, language)``, which returns a
+        text.
     options
         Its options for derivations.
     """
@@ -208,12 +208,19 @@ ANALYZED: dict[str, tuple[Option, ...]] = {
     "json": (),
 }
 
+#: Options of a document for which nothing else is asked.
+DEFAULTS: dict[str, OptionValue] = {option.name: option.default for option in LATEX_OPTIONS}
+
 #: Format of a report → ending of its files.
 ENDINGS = {"text": ".txt", **{name: one.ending for name, one in DOCUMENTS.items()}, "json": ".json"}
 
 
-def writer_of(name: str, kind: Literal["emit", "report"]) -> Callable[..., Any]:
-    """Return the function of a format of documents, which imports its module."""
+def writer_of(name: str, kind: Literal["emit", "report", "body"]) -> Callable[..., Any]:
+    """Return the function of a format of documents, which imports its module.
+
+    ``kind``: ``report`` for whole documents; ``body`` for what stands within another one, in HTML
+    and LaTeX; ``emit`` for those of LaTeX in its styles.
+    """
     module = import_module(f"{__package__}.writers.{DOCUMENTS[name].module}")
     function: Callable[..., Any] = getattr(module, f"{kind}_{name}")
     return function

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
+from lagrange_cli.drawn import Reported
 from lagrange_cli.files import can_encode
 from lagrange_cli.notation.page import Page
 from lagrange_cli.report.document_options import ENDINGS, writer_of
@@ -29,8 +31,8 @@ class ReportForm:
             return json_text(json_of(value))
         document, say = contents_of(value), language(self.language)
         if self.format == "text":
-            return _page(document, say, encoding)
-        text: str = writer_of(self.format, "report")(document, say)
+            return _page(document.seen_by("terminal"), say, encoding)
+        text: str = writer_of(self.format, "report")(document.seen_by("document"), say)
         return text
 
 
@@ -40,3 +42,10 @@ def _page(document: Document, say: Language, encoding: str) -> Page:
     page = report_page(document, say)
     is_plain = can_encode(page.text(), encoding)
     return page if is_plain else report_page(document, say, ascii=True)
+
+
+def notebook_text(value: Reported, to: Literal["html", "latex"]) -> str:
+    """Return the report of a value as a notebook holds it: between what other cells wrote."""
+    document, say = contents_of(value.reported), language(value.language)
+    text: str = writer_of(to, "body")(document.seen_by("document"), say)
+    return text

@@ -12,11 +12,17 @@ from lagrange_cli.report.tree import Document
 #: Name of a class → module of :mod:`.contents` that registers its report, imported when a value is
 #: reported: a fit is reported without what reports checks.
 _HOMES = {
+    "Equations": "derivation.documents",
+    "Analysis": "analysis.documents",
+    "Lyapunov": "analysis.studies",
+    "LinearMotion": "analysis.studies",
+    "FrequencyResponse": "analysis.studies",
     "Trade": "tradeoff",
     "Fit": "fit",
     "Simulated": "simulate",
     "Trajectory": "simulate",
     "SimulatedMembers": "ensemble",
+    "Ensemble": "ensemble",
     "FoundSection": "section",
     "Section": "section",
     "Paths": "path",
@@ -40,6 +46,9 @@ def contents_of(value: object) -> Document:
     return document
 
 
+contents_of.register(Document, lambda document: document)
+
+
 @singledispatch
 def json_of(value: object) -> Any:
     """Return the JSON value that programs read of a value; refuse as :func:`contents_of`."""
@@ -49,9 +58,9 @@ def json_of(value: object) -> Any:
 def _registered(value: object, dispatch: Callable[[type], Callable[..., Any]]) -> Any:
     """Return what the module of a value's type registers."""
     kind = type(value)
-    home = _HOMES.get(kind.__name__)
-    if home is not None:
-        import_module(f"{__package__}.contents.{home}")
+    for base in kind.__mro__:
+        if home := _HOMES.get(base.__name__):
+            import_module(f"{__package__}.contents.{home}")
     registered = dispatch(kind)
     if registered is dispatch(object):
         raise TypeError(f"nothing reports a {kind.__name__}")

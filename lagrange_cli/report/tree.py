@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Generic, Literal, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Generic, Literal, TypeAlias, TypeVar
 
 from lagrange_cli.notation.page import Role
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.report.inlines import Listed, Text, Written, in_parentheses, say
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
 
 #: Readers that a block may be for: those of a document, those of a terminal.
 Medium: TypeAlias = Literal["document", "terminal"]
@@ -399,6 +402,9 @@ class Document:
         The sections.
     description
         The scene's own words about itself.
+    equations
+        The system, whose symbols are printed as its scene says, and which pictures are of; None
+        where a value is reported without it.
     """
 
     name: str
@@ -406,6 +412,11 @@ class Document:
     title: Text
     sections: tuple[Section, ...]
     description: Text = ""
+    equations: Equations | None = None
+
+    def seen_by(self, medium: Medium) -> Document:
+        """Return the document with the parts that are for some readers."""
+        return replace(self, sections=tuple(seen(self.sections, medium)))
 
 
 def sections(*written: Section | None) -> tuple[Section, ...]:

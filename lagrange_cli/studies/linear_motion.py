@@ -16,6 +16,7 @@ import numpy as np
 from sympy import sign
 
 from lagrange_cli.analysis.result import AlongMotion
+from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.simulate.system.linearization import LinearFunctions
 
@@ -42,7 +43,7 @@ Simulate = Callable[[float], "Trajectory"]
 
 
 @dataclass(frozen=True)
-class LinearMotion:
+class LinearMotion(Reported):
     """A linear system along a motion.
 
     Attributes

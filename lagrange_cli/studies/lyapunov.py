@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.analysis.result import Exponents
+from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.charts.simulation import simulate_with_sensitivities
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import RunContext
@@ -46,7 +46,7 @@ _MOST_GROWTH = 12.0
 
 
 @dataclass(frozen=True)
-class Lyapunov:
+class Lyapunov(Reported):
     """Lyapunov exponents of a motion.
 
     Attributes
@@ -75,14 +75,6 @@ class Lyapunov:
     def summary(self) -> Exponents:
         """The exponents as a part of an analysis."""
         return Exponents(self.exponents, self.spreads, self.start, self.until)
-
-    def _repr_html_(self) -> str:
-        """Return a table of the exponents, which notebooks show."""
-        pairs = zip(self.exponents, self.spreads, strict=True)
-        rows = [[f"{x:.5g}", f"{spread:.2g}"] for x, spread in pairs]
-        name = f"<b>{html_text(self.name)}</b>"
-        caption = f"{name}: averaged from t = {self.start:.6g} to {self.until:.6g}"
-        return html_table(caption, ("exponent", "spread"), rows, len(rows))
 
     def __repr__(self) -> str:
         """Return one line for a terminal."""

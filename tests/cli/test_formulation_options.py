@@ -147,6 +147,6 @@ def test_form_is_told_where_it_is_another_one():
     model = derivation.model()
     run = derivation.simulate(until=0.1)
     told = replace(run, remarks=("something else",))
-    assert "\nForm " not in ReportForm().written(Simulated(model, told)).text()
+    assert "\nForm " not in ReportForm().written(Simulated(told, model)).text()
     gone_on = replace(told, formulation="multiplier")
-    assert "\nForm      multiplier\n" in ReportForm().written(Simulated(model, gone_on)).text()
+    assert "\nForm      multiplier\n" in ReportForm().written(Simulated(gone_on, model)).text()

@@ -13,6 +13,7 @@ from lagrange_cli.report.contents.section import FoundSection
 from lagrange_cli.report.values.check import CacheView
 from lagrange_cli.report.values.simulation import Simulated, SimulatedMembers
 from lagrange_cli.simulate.ensemble.store.blocks import Failure, NumberRange
+from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
 from lagrange_cli.studies.path.ends import End
 from lagrange_cli.studies.path.measure import StationaryPath
@@ -36,6 +37,10 @@ def motion(name: str) -> Simulated:
     bounce = SimpleNamespace(t=0.451523641, name=f"contact:{name}", state={"z": 1e-16})
     trajectory = SimpleNamespace(
         name=name,
+        labels=Labels(energy="h", units={"z": "m"}),
+        reason="",
+        remarks=(name,),
+        coordinates=("z",),
         t=np.array([0.0, 3.0]),
         state=state,
         columns={"z": ANY, "dot(z)": ANY, name: ANY},
@@ -53,10 +58,8 @@ def motion(name: str) -> Simulated:
         implementation="compiled C",
         table=lambda extra: {"t": [3.0], "energy": [-9.81], "p_z": [np.inf]},
     )
-    model = SimpleNamespace(
-        conserved=("jacobi",), coordinates=("z",), outputs=(), formulation="minimal"
-    )
-    return Simulated(model, trajectory, ("energy",))  # type: ignore[arg-type]
+    model = SimpleNamespace(outputs=(), formulation="minimal")
+    return Simulated(trajectory, model, ("energy",))  # type: ignore[arg-type]
 
 
 def ensemble(name: str) -> SimulatedMembers:

@@ -203,7 +203,7 @@ def test_drift_does_not_depend_on_the_zero_of_energy(trajectory):
 
 
 def test_summary_has_exactly_the_contracts_keys(trajectory):
-    simulated = Simulated(model_of(equations()), trajectory, derive_seconds=0.5)
+    simulated = Simulated(trajectory, model_of(equations()), derive_seconds=0.5)
     summary = SIMULATION.write(simulated)
     assert list(summary) == [
         "name",

@@ -242,7 +242,7 @@ def _simulate_one(
         trajectory, interrupt = _integrated(session, model, asked, checkpoint)
         if asked.output is not None and trajectory.written is None:
             trajectory.write(asked.output, asked.columns)
-        report = Simulated(model, trajectory, asked.columns, derive_seconds)
+        report = Simulated(trajectory, model, asked.columns, derive_seconds)
         print_report(report, form)
         if asked.plot is not None:
             trajectory.plot(asked.plot, asked.plot_of)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from lagrange_cli.report.contents.numbers import assigned, decimal
 from lagrange_cli.report.inlines import Listed, Plain, Text, Typed, say
@@ -12,6 +15,7 @@ from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tree import Document, Labelled, Section, section, sections
 from lagrange_cli.report.values.simulation import ENSEMBLE, SimulatedMembers
 from lagrange_cli.simulate.ensemble.store.blocks import NumberRange
+from lagrange_cli.simulate.ensemble.store.result import Ensemble
 
 #: Failures that the report lists.
 _MOST_SHOWN = 12
@@ -22,35 +26,88 @@ json_of.register(SimulatedMembers, ENSEMBLE.write)
 @contents_of.register
 def ensemble_document(simulated: SimulatedMembers) -> Document:
     """Return counts of outcomes, the ranges of numbers of motions, and members that failed."""
-    counts, name = simulated.counts(), simulated.plan.model.name
+    counts = simulated.counts()
+    rate = sum(counts.values()) / max(simulated.seconds["integrate"], 1e-9)
+    return _document(
+        simulated.plan.model.name,
+        len(simulated.members),
+        counts,
+        (
+            *_accuracy(simulated.store.estimated()),
+            (say("Speed"), say("{rate} members a second", rate=decimal(rate, ".3g"))),
+        ),
+        simulated.reduced(),
+        simulated.failed(_MOST_SHOWN),
+    )
+
+
+@contents_of.register
+def members_document(ensemble: Ensemble) -> Document:
+    """Return the same of the arrays alone."""
+    figures, failed = ensemble.figures, np.flatnonzero(np.array(ensemble.status) != "ok")
+    errors = figures["estimated"][np.isfinite(figures["estimated"])]
+    reduced = {
+        name: (NumberRange.of_values(numbers), float(ensemble.reduced_error[name].max(initial=0)))
+        for name, numbers in ensemble.reduced.items()
+    }
+    members = [
+        {
+            "member": int(k),
+            "values": {name: f"{values[k]:.9g}" for name, values in ensemble.given.items()},
+            **{name: str(figures[name][k]) for name in ("status", "reason")},
+        }
+        for k in failed[:_MOST_SHOWN]
+    ]
+    return _document(
+        ensemble.name,
+        len(ensemble),
+        dict(sorted(Counter(ensemble.status).items())),
+        tuple(_accuracy(float(errors.max()) if len(errors) else None)),
+        reduced,
+        members,
+    )
+
+
+def _document(
+    name: str,
+    number: int,
+    counts: Mapping[str, int],
+    known: tuple[tuple[Text, Text], ...],
+    reduced: Mapping[str, tuple[NumberRange, float]],
+    failed: Sequence[Mapping[str, Any]],
+) -> Document:
+    """Return the report of a number of members.
+
+    Parameters
+    ----------
+    counts
+        Status → number of members.
+    known
+        What is known of all of them.
+    reduced
+        Number of motions → its range, and its largest error.
+    failed
+        The first members that are not ``ok``.
+    """
     finished = sum(counts.values())
     title = say(
-        "{name}: {finished} of {number} members",
-        name=Plain(name),
-        finished=finished,
-        number=len(simulated.members),
+        "{name}: {finished} of {number} members", name=Plain(name), finished=finished, number=number
+    )
+    listed = Listed(
+        tuple(Listed((f"{n}", Plain(status)), between=" ") for status, n in counts.items())
     )
     written = sections(
-        section("", Labelled(_known(simulated, counts))),
-        _reduced(simulated.reduced(), finished),
-        _failures(simulated.failed(_MOST_SHOWN), finished - counts.get("ok", 0)),
+        section("", Labelled(((say("Status"), listed or say("none is finished")), *known))),
+        _reduced(reduced, finished),
+        _failures(failed, finished - counts.get("ok", 0)),
     )
     return Document(name, "an ensemble", title, written)
 
 
-def _known(simulated: SimulatedMembers, counts: Mapping[str, int]) -> tuple[tuple[Text, Text], ...]:
-    estimated = simulated.store.estimated()
-    listed = Listed(
-        tuple(Listed((f"{n}", Plain(status)), between=" ") for status, n in counts.items())
-    )
-    rows: list[tuple[Text, Text]] = [(say("Status"), listed or say("none is finished"))]
+def _accuracy(estimated: float | None) -> Iterator[tuple[Text, Text]]:
     if estimated is not None:
         error = decimal(estimated, ".1e")
-        said = say("{error} estimated, the largest of all members", error=error)
-        rows.append((say("Accuracy"), said))
-    rate = sum(counts.values()) / max(simulated.seconds["integrate"], 1e-9)
-    rows.append((say("Speed"), say("{rate} members a second", rate=decimal(rate, ".3g"))))
-    return tuple(rows)
+        yield say("Accuracy"), say("{error} estimated, the largest of all members", error=error)
 
 
 def _reduced(reduced: Mapping[str, tuple[NumberRange, float]], members: int) -> Section | None:

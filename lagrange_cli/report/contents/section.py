@@ -55,6 +55,9 @@ def section_document(report: FoundSection) -> Document:
     return Document(section.name, "points of a section", title, written)
 
 
+contents_of.register(Section, lambda section: section_document(FoundSection(section)))
+
+
 def _points_counted(number: int) -> Text:
     return say.counted(number, "{shown} point", "{shown} points", shown=Count(number))
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import get_args
 
 from lagrange_cli.report.contents.numbers import assigned, decimal
-from lagrange_cli.report.inlines import Listed, Plain, Text, say
+from lagrange_cli.report.inlines import Inline, Listed, Plain, Text, Unit, say, symbol
 from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tree import (
     Column,
     Document,
     Labelled,
+    Medium,
     Part,
     Section,
     Table,
@@ -38,37 +42,67 @@ json_of.register(Trajectory, TRAJECTORY.write)
 @contents_of.register
 def motion_document(simulated: Simulated) -> Document:
     """Return the last state, what is conserved, the events, and the promise of accuracy."""
-    model, trajectory = simulated.model, simulated.trajectory
+    trajectory = simulated.trajectory
     title = say(
         "{name} at t = {t}", name=Plain(trajectory.name), t=decimal(float(trajectory.t[-1]))
     )
     written = sections(
-        section("", _state(trajectory)),
+        section("", *map(partial(_state, trajectory), get_args(Medium))),
         section("", _further(simulated)),
         section("", _conserved(simulated)),
-        _events(trajectory.events, (*model.coordinates, *model.outputs)),
-        section("", Labelled(_known(simulated))),
+        _events(trajectory.events, simulated.names),
+        section("", Labelled(_known(simulated)), _ending(trajectory)),
     )
     return Document(trajectory.name, "a motion", title, written)
 
 
-def _state(trajectory: Trajectory) -> Table:
-    """Return the last state: each name with its value and its rate, if it has one."""
+contents_of.register(Trajectory, lambda trajectory: motion_document(Simulated(trajectory)))
+
+
+def _state(trajectory: Trajectory, medium: Medium) -> Table:
+    """Return the last state: each name with its value and its rate, if it has one.
+
+    A document has the symbols of the names, and their units; a terminal the names alone, by which
+    files have them.
+    """
     followed = trajectory.conserved_drift or {}
     state = {name: x for name, x in trajectory.state.items() if name not in followed}
     names = [name for name in state if not name.startswith("dot(")]
+    labels = trajectory.labels
 
     def rate(name: str) -> Text:
         known = state.get(f"dot({name})")
         return "" if known is None else decimal(known)
 
-    return table_of(
+    def column(name: str) -> Text:
+        if medium == "terminal" or "(" in name:
+            return Plain(name)
+        return Inline(symbol(name, latex=labels.latex.get(name)))
+
+    table = table_of(
         names,
-        Column("", Plain),
+        Column("", column),
         Column(say("value"), lambda name: decimal(state[name]), True),
         Column(say("rate"), rate, True),
+        Column(say("unit"), lambda name: Unit(labels.units[name]) if name in labels.units else ""),
         digits=_DIGITS,
     )
+    if medium == "terminal":
+        return replace(
+            table, heads=table.heads[:-1], rows=tuple(r[:-1] for r in table.rows), only=medium
+        )
+    return replace(table.without_empty_columns(), only=medium)
+
+
+def _ending(trajectory: Trajectory) -> Labelled | None:
+    """Say why a motion ends before its time, and what was done otherwise than asked.
+
+    A terminal has it beside the report, as every other remark.
+    """
+    reasons = [(say("Reason"), Plain(trajectory.reason))] if trajectory.reason else []
+    remarks = [(say("Remark"), Plain(remark)) for remark in trajectory.remarks]
+    rows = (*reasons, *remarks)
+    return Labelled(rows, only="document") if rows else None
 
 
 def _further(simulated: Simulated) -> Table | None:
@@ -156,7 +190,7 @@ def _known(simulated: Simulated) -> tuple[tuple[Text, Text], ...]:
     """Return what is known of the motion beside its end."""
     trajectory, off = simulated.trajectory, simulated.trajectory.constraint_drift
     # Where no energy is conserved the Jacobi integral may be: its drift is another thing.
-    conserved = say("Jacobi") if "jacobi" in simulated.model.conserved else say("Energy")
+    conserved = say("Jacobi") if trajectory.labels.energy == "h" else say("Energy")
     rows: list[tuple[Text, Text]] = [
         (say("Accuracy"), _promise(trajectory)),
         (conserved, drift_of(trajectory.energy_drift)),

@@ -43,25 +43,32 @@ class Simulated:
 
     Attributes
     ----------
-    model
-        Model in the formulation that was asked for.
     trajectory
-        Its motion, which may have been found in another formulation.
+        The motion.
+    model
+        Model in the formulation that was asked for; the motion may have been found in another one.
+        None if nothing but the motion is known.
     extra
         Names of further columns that were asked for.
     derive_seconds
         Wall clock from the start of the command to the model.
     """
 
-    model: Model
     trajectory: Trajectory
+    model: Model | None = None
     extra: Sequence[str] = ()
     derive_seconds: float = 0.0
 
     @property
     def in_other_form(self) -> bool:
         """True if the motion was found in another formulation than the model's."""
-        return self.trajectory.formulation != self.model.formulation
+        return self.model is not None and self.trajectory.formulation != self.model.formulation
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates and outputs."""
+        outputs = () if self.model is None else self.model.outputs
+        return (*self.trajectory.coordinates, *outputs)
 
     def further(self) -> dict[str, float]:
         """Return the last values of further columns, those of the state apart."""

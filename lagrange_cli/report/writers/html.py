@@ -5,7 +5,7 @@ The markup is that of XML too, so that any reader of either takes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -30,7 +30,6 @@ from lagrange_cli.notation.printers.mathml import (
 from lagrange_cli.notation.symbols import printable, text_prose
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.pictures.sketch.svg import emit_svg
-from lagrange_cli.report.contents.derivation.contents import Content, asked_document
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import Language
@@ -53,7 +52,6 @@ from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
 from lagrange_cli.report.writers.terminal.letters import UnicodeLetters
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
 
@@ -343,52 +341,30 @@ figure svg { max-width: 100%; height: auto; }
 """
 
 
-def emit_html(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
-) -> dict[str, str]:
-    """Return ``NAME.html`` of a content, by default that of the derivation.
-
-    Parameters
-    ----------
-    equations
-        What a derivation yields; its steps are written if it has any.
-    options
-        Those of the registry.
-
-    Raises
-    ------
-    InternalError
-        An expression has no exact form in print.
-    InputError
-        Constraint forces are asked for and were not derived, or the system cannot be drawn.
-    """
-    document, say = asked_document(equations, options, content)
-    setter = HtmlSetter(Lettering(HtmlLetters(equations), say), equations=equations)
-    return {f"{document.name}.html": _document_html(document, setter)}
-
-
 def report_html(document: Document, say: Language) -> str:
     """Return a whole page."""
-    return _document_html(document, HtmlSetter(Lettering(HtmlLetters(), say)))
-
-
-def _document_html(document: Document, setter: HtmlSetter) -> str:
-    letters, say = setter.lettering.letters, setter.lettering.say
     # The title of a window is text without formulas.
     title = text_prose(Lettering(UnicodeLetters(), say).text(document.title))
-    description = setter.text(document.description)
+    head = _head(_setter(document, say).lettering.letters.words(title), say.code)
+    lines = [*head, "<body>", "<main>", body_html(document, say), "</main>", "</body>", "</html>"]
+    return "\n".join(lines) + "\n"
+
+
+def body_html(document: Document, say: Language) -> str:
+    """Return what a page holds, as part of another page."""
+    setter = _setter(document, say)
+    title, description = setter.text(document.title), setter.text(document.description)
     lines = [
-        *_head(letters.words(title), say.code),
-        "<body>",
-        "<main>",
-        f"<h1>{setter.text(document.title)}</h1>",
+        *([f"<h1>{title}</h1>"] if title else []),
         *([f"<p>{description}</p>"] if description else []),
         *(line for section in document.sections for line in setter.section(section)),
-        "</main>",
-        "</body>",
-        "</html>",
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
+
+
+def _setter(document: Document, say: Language) -> HtmlSetter:
+    lettering = Lettering(HtmlLetters(document.equations), say)
+    return HtmlSetter(lettering, equations=document.equations)
 
 
 def _head(title: str, code: str) -> Iterator[str]:

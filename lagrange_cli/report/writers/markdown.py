@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 from lagrange_cli.notation.symbols import printable
-from lagrange_cli.report.contents.derivation.contents import Content, asked_document
 from lagrange_cli.report.inlines import Lettering, say
 from lagrange_cli.report.phrases.language import Language
 from lagrange_cli.report.tree import (
@@ -26,11 +24,6 @@ from lagrange_cli.report.tree import (
 )
 from lagrange_cli.report.writers.latex.letters import LatexLetters
 from lagrange_cli.report.writers.latex.typesetter import Typesetter
-
-if TYPE_CHECKING:
-    from lagrange_cli.emit.base import OptionValue
-    from lagrange_cli.mechanics.equations import Equations
-
 
 #: Punctuation that is markup anywhere in a line, and at its beginning.
 _MARKUP = re.compile(r"([\\`*_{}\[\]<>#$|~&!])")
@@ -52,37 +45,11 @@ class MarkdownLetters(LatexLetters):
         return written if written.startswith("$") else self.words(text)
 
 
-def emit_markdown(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
-) -> dict[str, str]:
-    """Return ``NAME.md`` of a content, by default that of the derivation.
-
-    Parameters
-    ----------
-    equations
-        What a derivation yields; its steps are written if it has any.
-    options
-        Those of the registry.
-
-    Raises
-    ------
-    InternalError
-        An expression has no exact form in print.
-    """
-    document, say = asked_document(equations, options, content)
-    setter = Typesetter(Lettering(MarkdownLetters(equations), say))
-    return {f"{document.name}.md": _document_markdown(document, setter)}
-
-
 def report_markdown(document: Document, say: Language) -> str:
     """Return a document."""
-    return _document_markdown(document, Typesetter(Lettering(MarkdownLetters(), say)))
-
-
-def _document_markdown(document: Document, setter: Typesetter) -> str:
-    paragraphs = [f"# {setter.text(document.title)}"]
-    if document.description:
-        paragraphs.append(setter.text(document.description))
+    setter = Typesetter(Lettering(MarkdownLetters(document.equations), say))
+    title, description = setter.text(document.title), setter.text(document.description)
+    paragraphs = [*([f"# {title}"] if title else []), *([description] if description else [])]
     for section in document.sections:
         paragraphs += _section(section, setter)
     return "\n\n".join(paragraphs) + "\n"

@@ -4,68 +4,19 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from lagrange_cli.drawn import draw_into
+from lagrange_cli.drawn import Reported, draw_into
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
-from lagrange_cli.notation.html import html_formula, html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format_of
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.results.decimation import Decimated
-
-
-def trajectory_html(trajectory: Trajectory) -> str:
-    """Write two tables in HTML: accuracy and method, and the values at the end."""
-    span = f"t = {trajectory.t[0]:g} to {trajectory.t[-1]:g}, {len(trajectory.t)} samples"
-    title = trajectory.labels.title or trajectory.name
-    caption = f"<b>{html_text(title)}</b>: {html_text(f'{span}, {trajectory.status}')}"
-    known = [[html_text(name), html_text(text)] for name, text in _known(trajectory)]
-    state = [_row(trajectory, name) for name in trajectory.columns if not name.startswith("dot(")]
-    at_end = f"at t = {trajectory.t[-1]:.9g}"
-    heads = ("", "value", "rate", "unit")
-    return "\n".join(
-        [html_table(caption, (), known, len(known)), html_table(at_end, heads, state, len(state))]
-    )
-
-
-def _known(trajectory: Trajectory) -> Iterator[tuple[str, str]]:
-    if trajectory.reason:
-        yield "reason", trajectory.reason
-    if trajectory.requested is None:
-        yield "accuracy", "nothing is promised or estimated: a method was chosen"
-    else:
-        shown = [f"{trajectory.requested:g} requested"]
-        if trajectory.estimated is not None:
-            shown.append(f"{trajectory.estimated:.1e} estimated")
-        if trajectory.holds_until is not None:
-            shown.append(f"holds until t = {trajectory.holds_until:.9g}")
-        yield "accuracy", ", ".join(shown)
-    if trajectory.energy_drift is not None:
-        yield "energy", f"relative drift {trajectory.energy_drift:.1e}"
-    if trajectory.constraint_drift is not None:
-        yield "constraints", f"largest drift {trajectory.constraint_drift:.1e}"
-    yield "method", f"{trajectory.method}, {trajectory.steps} steps"
-    if trajectory.events:
-        first = trajectory.events[0]
-        yield "events", f"{len(trajectory.events)}, first {first.name} at t = {first.t:.9g}"
-    yield from (("remark", remark) for remark in trajectory.remarks)
-
-
-def _row(trajectory: Trajectory, name: str) -> list[str]:
-    """Write symbol, last value, its rate if that is a column, and unit."""
-    rate, unit = trajectory.columns.get(f"dot({name})"), trajectory.labels.units.get(name)
-    return [
-        html_formula(trajectory.labels.symbol(name).latex),
-        f"{trajectory.columns[name][-1]:.9g}",
-        "" if rate is None else f"{rate[-1]:.9g}",
-        html_text(unit or ""),
-    ]
 
 
 #: Columns that can be asked for; every component of a particle is there without asking.
@@ -115,7 +66,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Reported):
     """Samples of a motion with the estimate of their error.
 
     If coordinates are, or may become singular, a run has at least 501 samples, of which those
@@ -233,11 +184,6 @@ class Trajectory:
         error = "" if self.estimated is None else f", error {self.estimated:.1g}"
         span = f"t = {self.t[0]:g} to {self.t[-1]:g}"
         return f"<Trajectory of {self.name}: {len(self.t)} samples, {span}, {self.status}{error}>"
-
-    def _repr_html_(self) -> str:
-        """Return what notebooks show."""
-
-        return trajectory_html(self)
 
     @property
     def state(self) -> dict[str, float]:

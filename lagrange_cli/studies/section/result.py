@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lagrange_cli.drawn import draw_into
+from lagrange_cli.drawn import Reported, draw_into
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.arrays import Array
@@ -79,7 +79,7 @@ class SectionPoints:
 
 
 @dataclass(frozen=True)
-class Section:
+class Section(Reported):
     """A Poincaré section: the points at which one motion, or each of many, meets a condition.
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
+from lagrange_cli.analysis.result import Analysis
 from lagrange_cli.emit.base import OptionValue, completed, unknown_choice
 from lagrange_cli.notation.page import Page, page
 from lagrange_cli.notation.printers.scene import ScenePrinter
@@ -23,23 +24,22 @@ from lagrange_cli.report.contents.analysis.numerical import (
 )
 from lagrange_cli.report.contents.analysis.wording import part_words, phrased, searched, sentence
 from lagrange_cli.report.contents.derivation.conservation import Further, balance, conserved
-from lagrange_cli.report.contents.derivation.contents import Content
-from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.document_options import (
-    ANALYZED,
-    DOCUMENTS,
-    LATEX_OPTIONS,
-    writer_of,
+from lagrange_cli.report.contents.derivation.documents import (
+    Content,
+    asked_document,
+    written_document,
 )
+from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.document_options import ANALYZED, DEFAULTS, DOCUMENTS
 from lagrange_cli.report.inlines import Lettering, say, symbol
 from lagrange_cli.report.phrases.language import language
-from lagrange_cli.report.tree import Labelled, Section, formulas, section, seen
+from lagrange_cli.report.registry import contents_of
+from lagrange_cli.report.tree import Document, Labelled, Section, formulas, section, seen
 from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 from lagrange_cli.report.writers.terminal.results import ResultRows
 from lagrange_cli.report.writers.terminal.sections import title_row
 
 if TYPE_CHECKING:
-    from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetry
     from lagrange_cli.notation.vocabulary import Vocabulary
 
@@ -129,8 +129,14 @@ def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") 
     return page([[title], *map(rows.section, sections)], ascii=ascii)
 
 
-#: What options of derivations are where a document holds none.
-_DEFAULTS: dict[str, OptionValue] = {option.name: option.default for option in LATEX_OPTIONS}
+@contents_of.register
+def analysis_contents(analysis: Analysis) -> Document:
+    """Return what a document holds of an analysis."""
+    return asked_document(analysis.equations, DEFAULTS, _content(analysis))[0]
+
+
+def _content(analysis: Analysis) -> Content:
+    return Content("analysis", partial(analysis_sections, analysis))
 
 
 def analysis_document(
@@ -157,7 +163,4 @@ def analysis_document(
         message = f"an analysis has no format '{to}'; there are {listed}"
         raise unknown_choice(message, to, list(DOCUMENTS))
     chosen = completed(to, ANALYZED[to], options or {})
-    content = Content("analysis", partial(analysis_sections, analysis))
-    write = writer_of(to, "emit")
-    files: dict[str, str] = write(analysis.equations, {**_DEFAULTS, **chosen}, content)
-    return files
+    return written_document(to, analysis.equations, {**DEFAULTS, **chosen}, _content(analysis))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -25,11 +25,14 @@ from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_
 from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
 from lagrange_cli.report.contents.sentences import certificate_line
 from lagrange_cli.report.contents.steps.writer import StepsWriter
-from lagrange_cli.report.document_options import DEFAULT_SECTIONS, TEXT_OPTIONS, sections_of
+from lagrange_cli.report.document_options import (
+    DEFAULT_SECTIONS,
+    TEXT_OPTIONS,
+    sections_of,
+)
 from lagrange_cli.report.inlines import (
     Inline,
     Lettering,
-    Prose,
     Text,
     magnitude,
     named,
@@ -39,10 +42,9 @@ from lagrange_cli.report.inlines import (
     symbol,
     value,
 )
-from lagrange_cli.report.phrases.language import Language, language
+from lagrange_cli.report.phrases.language import language
 from lagrange_cli.report.tree import (
     Block,
-    Document,
     Formula,
     Paragraph,
     Picture,
@@ -55,7 +57,6 @@ from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLe
 from lagrange_cli.report.writers.terminal.sections import TerseRows, title_row
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import ConstraintForces
 
@@ -173,62 +174,6 @@ def _steps(writer: DocumentWriter) -> Paragraph | None:
         ),
         only="document",
     )
-
-
-_STEPS = "steps to the equations of motion"
-
-
-@dataclass(frozen=True)
-class Content:
-    """The content of a document: its subject, and a function that writes its sections.
-
-    Attributes
-    ----------
-    about
-        The subject, for a comment at the beginning of a file.
-    write
-        Writes the sections.
-    """
-
-    about: str
-    write: Callable[[DocumentWriter], list[Section]]
-
-    def sections(self, writer: DocumentWriter) -> list[Section]:
-        """Return the sections of a document."""
-        return seen(self.write(writer), "document")
-
-
-def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
-    """Return the content of a document of a derivation that options of the registry ask for."""
-    parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
-    return derivation_content(equations, parts, str(options["form"]))
-
-
-def titled(equations: Equations, about: str, sections: Iterable[Section]) -> Document:
-    """Return a document about a scene, under the title that the scene gives itself."""
-    shown = equations.presentation
-    title = Prose(shown.title or shown.name)
-    description = Prose(shown.description) if shown.description else ""
-    return Document(shown.name, about, title, tuple(sections), description)
-
-
-def asked_document(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content | None
-) -> tuple[Document, Language]:
-    """Return a document that options of the registry ask for, and the language of its words.
-
-    ``content`` is by default that of the derivation.
-    """
-    content = content or asked_content(equations, options)
-    writer = DocumentWriter(equations, written_out=bool(options["written_out"]))
-    document = titled(equations, content.about, content.sections(writer))
-    return document, language(str(options["language"]))
-
-
-def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:
-    """Return the content of a document of a derivation; see :func:`contents`."""
-    about = "equations of motion" if equations.derivation.steps is None else _STEPS
-    return Content(about, lambda writer: contents(writer, parts, form))
 
 
 def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.layout import joined, prefixed
 from lagrange_cli.notation.symbols import latex_text
-from lagrange_cli.report.contents.derivation.contents import derivation_content, titled
+from lagrange_cli.report.contents.derivation.documents import derivation_content, titled
 from lagrange_cli.report.contents.derivation.motion import (
     accelerations,
     closure_rows,
@@ -30,7 +30,7 @@ from lagrange_cli.report.writers.latex.typesetter import Typesetter
 if TYPE_CHECKING:
     from lagrange_cli.emit.base import OptionValue
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.report.contents.derivation.contents import Content
+    from lagrange_cli.report.contents.derivation.documents import Content
     from lagrange_cli.report.phrases.language import Language
     from lagrange_cli.report.tree import Document, Section
 
@@ -66,8 +66,26 @@ def latex_document(equations: Equations, options: LatexOptions | None = None) ->
 def report_latex(document: Document, say: Language) -> str:
     """Return a document in A4 that pdfLaTeX compiles by itself."""
     options = LatexOptions()
-    setter = Typesetter(Lettering(LatexLetters(), say), options.columns, stem=document.name)
+    lettering = Lettering(LatexLetters(document.equations), say)
+    setter = Typesetter(lettering, options.columns, stem=document.name)
     return _document_latex(document, setter, _preamble(options))
+
+
+def body_latex(document: Document, say: Language) -> str:
+    """Return what a document holds, as part of another one, which needs amsmath and booktabs."""
+    lettering = Lettering(LatexLetters(document.equations), say)
+    setter = Typesetter(lettering, numbered=False, has_tabularx=False)
+    title, description = setter.text(document.title), setter.text(document.description)
+    opening = [rf"\subsection*{{{title}}}"] if title else []
+    return "\n".join([*opening, description, *_run_in(document.sections, setter)])
+
+
+def _run_in(sections: Iterable[Section], setter: Typesetter) -> Iterator[str]:
+    """Yield sections whose headings stand within the text, so that they fit into any other."""
+    for section in sections:
+        if heading := setter.text(section.heading):
+            yield rf"\paragraph{{{heading}}}"
+        yield from (*setter.blocks(section), "")
 
 
 def _document_latex(
@@ -135,16 +153,7 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
         note = writer.left_out()
         body += [] if note is None else [setter.text(note.text)]
     else:
-        # Headings within the text fit into any section.
-        body = [
-            line
-            for section in options.sections(equations)
-            for line in (
-                rf"\paragraph{{{setter.text(section.heading)}}}",
-                *setter.blocks(section),
-                "",
-            )
-        ]
+        body = list(_run_in(options.sections(equations), setter))
     heading = f"% {title}: {content.about} (needs {needs})\n"
     return heading + setter.definitions(body) + "\n".join(body).rstrip() + "\n"
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.pictures.sketch.tikz import tikz_picture
-from lagrange_cli.report.contents.derivation.contents import Content, derivation_content
+from lagrange_cli.report.contents.derivation.documents import Content, derivation_content
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS, length, sections_of
 from lagrange_cli.report.inlines import Lettering

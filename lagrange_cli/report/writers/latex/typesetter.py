@@ -57,6 +57,8 @@ class Typesetter(RowSetter):
         Rows of a table that is kept on one page.
     macros
         Macros of the symbols, None if letters stand for themselves.
+    has_tabularx
+        True if the preamble loads tabularx.
     counts
         Part of the document → how many of its formulas have a label.
     """
@@ -66,6 +68,7 @@ class Typesetter(RowSetter):
     picture: str = ""
     most_rows: int = 24
     macros: Macros | None = None
+    has_tabularx: bool = True
     counts: dict[str, int] = field(default_factory=dict)
 
     wide = r"\quad "
@@ -202,18 +205,20 @@ class Typesetter(RowSetter):
         lines = [list(map(self.text, row)) for row in (table.heads, *table.rows)]
         widths = [max(map(letter_count, column)) + 3 for column in zip(*lines, strict=True)]
         fits, has_prose = sum(widths) <= self.columns, table.prose in table.heads
-        columns = self._columns(table, fits=fits)
+        prose = "l" if fits else r">{\raggedright\arraybackslash\hspace{0pt}}X"
+        if has_prose and not (fits or self.has_tabularx):
+            others = sum(widths) - widths[table.heads.index(table.prose)]
+            prose = rf"p{{{max(0.2, 0.9 - others / self.columns):.2f}\linewidth}}"
+        kinds = dict.fromkeys(table.numeric, "r") | {table.prose: prose}
+        columns = "".join(kinds.get(head, "l") for head in table.heads)
         heads, *rows = lines
         parts = range(0, len(rows), self.most_rows)
         is_wide = sum(widths) > _WIDEST_SMALL * self.columns
-        sides = _FITTING if fits else _WITH_PROSE if has_prose else _SMALL[is_wide]
+        sides = _FITTING if fits else _SMALL[is_wide]
+        if has_prose and not fits:
+            sides = _WITH_PROSE if self.has_tabularx else _SMALL[False]
         shown = (_part(columns, heads, rows[k : k + self.most_rows], sides) for k in parts)
         return [line for part in shown for line in part]
-
-    def _columns(self, table: Table, *, fits: bool) -> str:
-        prose = "l" if fits else r">{\raggedright\arraybackslash\hspace{0pt}}X"
-        kinds = dict.fromkeys(table.numeric, "r") | {table.prose: prose}
-        return "".join(kinds.get(head, "l") for head in table.heads)
 
     def _label(self, part: str) -> str:
         number = self.counts[part] = self.counts.get(part, 0) + 1

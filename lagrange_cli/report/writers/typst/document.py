@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 from typing import TYPE_CHECKING
@@ -20,7 +20,6 @@ from lagrange_cli.notation.printers.typst import (
 )
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.notation.tree import DisplayNode
-from lagrange_cli.report.contents.derivation.contents import Content, asked_document
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import Language
@@ -28,8 +27,6 @@ from lagrange_cli.report.ranges import typst_ranges
 from lagrange_cli.report.writers.typst.typesetter import Typesetter
 
 if TYPE_CHECKING:
-    from lagrange_cli.emit.base import OptionValue
-    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.families.forms import Range
     from lagrange_cli.report.tree import Document, Section
 
@@ -147,35 +144,9 @@ _PREAMBLE = """#set page(paper: "a4", margin: 25mm, numbering: "1")
 """
 
 
-def emit_typst(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content | None = None
-) -> dict[str, str]:
-    """Return ``NAME.typ`` of a content, by default that of the derivation.
-
-    Parameters
-    ----------
-    equations
-        What a derivation yields; its steps are written if it has any.
-    options
-        Those of the registry.
-
-    Raises
-    ------
-    InternalError
-        An expression has no exact form in print.
-    """
-    document, say = asked_document(equations, options, content)
-    setter = Typesetter(Lettering(TypstLetters(equations), say), stem=equations.presentation.name)
-    return {f"{document.name}.typ": _document_typst(document, setter)}
-
-
 def report_typst(document: Document, say: Language) -> str:
     """Return a document that Typst compiles by itself."""
-    lettering = Lettering(TypstLetters(), say)
-    return _document_typst(document, Typesetter(lettering, stem=document.name))
-
-
-def _document_typst(document: Document, setter: Typesetter) -> str:
+    setter = Typesetter(Lettering(TypstLetters(document.equations), say), stem=document.name)
     blocks = [_opening(document, setter), *_body(document.sections, setter)]
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 

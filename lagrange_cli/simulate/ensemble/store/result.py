@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.drawn import Reported
 from lagrange_cli.files import whole_file
-from lagrange_cli.notation.html import html_table, html_text
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.request import resolve
@@ -40,7 +40,7 @@ _CONVERTED = {"days", "hours", "minutes", "seconds", "milliseconds", "microsecon
 
 
 @dataclass(frozen=True, repr=False)
-class Ensemble:
+class Ensemble(Reported):
     """Samples of many motions, and what is known of each.
 
     Attributes
@@ -134,21 +134,6 @@ class Ensemble:
 
     def __repr__(self) -> str:
         return f"<Ensemble of {self.name}: {self._counts()}>"
-
-    def _repr_html_(self) -> str:
-        """Return a table for notebooks, with a row for each of the first members."""
-        figures = {name: self.figures[name] for name in ("status", "estimated", "method", "reason")}
-        columns = {**self.given, **figures}
-        rows = ([_html(values[i]) for values in columns.values()] for i in range(len(self)))
-        caption = f"<b>{html_text(self.name)}</b>: {html_text(self._counts())}"
-        return html_table(caption, tuple(columns), rows, len(self))
-
-
-def _html(value: Any) -> str:
-    """Return the text of a cell: numbers in six digits, nothing for NaN."""
-    if isinstance(value, str):
-        return html_text(value)
-    return "" if np.isnan(value) else f"{value:.6g}"
 
 
 @dataclass(frozen=True)
