@@ -203,3 +203,9 @@ def test_a_zero_is_exact_also_where_forces_change_within_1e_60():
 def test_numbers_beyond_doubles_are_refused():
     with pytest.raises(InputError, match="numbers of the linear system are beyond double"):
         linear(loads(WAVE, parameters={"l": 1e-100}).derive(), y=0)
+
+
+def test_outputs_with_a_pole_at_the_equilibrium_are_refused_with_their_reason():
+    text = WAVE.replace("cos(y/l)", "y^2/2").replace("y: 0}", "y: 1}") + "outputs: {o: y^(-2)}\n"
+    with pytest.raises(InputError, match="the outputs have no derivatives"):
+        linear(loads(text).derive())

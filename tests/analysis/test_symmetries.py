@@ -237,3 +237,8 @@ simulate: {until: 2}
     run = derivation.simulate(extra=["conserved"], accuracy=1e-10)
     assert run.columns["P_x"][0] == pytest.approx(0.2)
     assert max(run.conserved_drift.values()) < 1e-9
+
+
+def test_numbers_that_overflow_hold_no_symmetry():
+    stiff = "potentials: {c: {spring: [a, b], stiffness: 1.7e308, length: k}}\n"
+    assert not searched(BODIES + stiff + "coordinates: [x1, y1, z1, x2, y2, z2]\n").proven

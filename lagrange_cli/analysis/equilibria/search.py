@@ -198,6 +198,7 @@ def usual_length(system: RestSystem) -> float:
     return max((x for x in lengths if 0 < x < _FAR), default=1.0)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _moved(system: RestSystem, positions: Matrix) -> Matrix:
     """Move starts towards equilibria; return the ends close to one, shape (ends, n + m)."""
     functions = system.functions
@@ -241,8 +242,7 @@ def _row_sizes(jacobian: Matrix) -> Matrix:
 
 
 def _cost(level: Matrix, rows: Matrix) -> Matrix:
-    with np.errstate(over="ignore"):
-        return np.asarray(((level / rows) ** 2).sum(axis=1))
+    return np.asarray(((level / rows) ** 2).sum(axis=1))
 
 
 def _step(level: Matrix, jacobian: Matrix, damping: Matrix) -> Matrix:

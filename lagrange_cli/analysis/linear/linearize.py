@@ -307,10 +307,26 @@ def _usual_inertia(system: RestSystem) -> list[Mpf]:
     return [max(row) or largest for row in rows]
 
 
+def _output_slopes(
+    system: RestSystem, position: Sequence[Mpf], multipliers: Sequence[Mpf]
+) -> mpmath.matrix:
+    """Return the derivatives of the outputs at a position."""
+    try:
+        return system.functions.outputs_at(position, multipliers).slopes
+    except DomainError:
+        message = Phrase("the outputs have no derivatives at this equilibrium")
+        raise InputError(Problem(message, rule="analysis-singular")) from None
+
+
 def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> StateSpace:
     """Write a linear system as one of first order, with the outputs of the scene.
 
     Without outputs the coordinates are given. States are positions, then velocities.
+
+    Raises
+    ------
+    InputError
+        The outputs have no derivatives there.
     """
     position, multipliers = _numbers(system, at)
     functions, equations = system.functions, system.equations
@@ -323,7 +339,7 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
         rows = [[follow[j, i] for i in range(k)] for j in linear.placed]
         below = _solved(linear.mass, -linear.stiffness, -linear.damping, linear.inputs)
         if equations.system.outputs:
-            table = functions.outputs_at(position, multipliers).slopes
+            table = _output_slopes(system, position, multipliers)
             outputs = tuple(name for name, _ in equations.system.outputs)
             by_q, by_v = table[:, :n] * linear.positions, table[:, n : 2 * n] * follow
             through = _doubles(_columns(table, 2 * n + m, functions.width))

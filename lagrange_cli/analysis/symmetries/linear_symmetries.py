@@ -213,6 +213,7 @@ class _Search:
         """Number of unknowns of ξ."""
         return sum(column.number >= 0 for column in self.columns)
 
+    @np.errstate(over="ignore", invalid="ignore")
     def solutions(self) -> Array:
         """Return null vectors of the conditions at random states, in reduced echelon form."""
         samples = self._samples
@@ -234,7 +235,10 @@ class _Search:
             first += len(row)
             along = (slopes.get(c.number, 0.0) * values[number[c.factor]] for c in self.columns)
             blocks.append(np.array(list(along)))
-        return _null_space(np.concatenate(blocks, axis=1).T, self._directions)
+        conditions = np.concatenate(blocks, axis=1).T
+        if not np.isfinite(conditions).all():
+            return np.zeros((0, len(self.columns)))  # Numbers overflow: nothing is found.
+        return _null_space(conditions, self._directions)
 
     def rigid_translations(self, rows: Array) -> Array:
         """Return combinations of null vectors that translate all particles, as no single one does.
