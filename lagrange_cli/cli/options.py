@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -15,6 +14,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, is_address
+from lagrange_cli.report.document_options import ENDINGS, format_of
 from lagrange_cli.report.formats import FORMATS, ReportForm
 from lagrange_cli.report.phrases.language import LANGUAGES
 
@@ -192,23 +192,6 @@ def plot(said: str, *formats: str, name: str = "--plot") -> Callable[[_Command],
     return file(name, said, callback=_plottable(*formats))
 
 
-def frequencies(
-    ctx: click.Context, option: click.Parameter, value: str | None
-) -> tuple[float, float] | None:
-    """Read a range of angular frequencies, ``FROM..TO``."""
-    if value is None:
-        return None
-    first, dots, last = value.partition("..")
-    try:
-        low, high = float(first), float(last)
-    except ValueError:
-        low = high = math.nan
-    if not (dots and 0 < low < high < math.inf):
-        message = f"'{value}' is no range of positive frequencies, as 0.1..100"
-        raise click.BadParameter(message, ctx, option)
-    return low, high
-
-
 def jobs(what: str) -> Callable[[_Command], _Command]:
     """``-j N``."""
     return click.option(
@@ -265,6 +248,22 @@ def report_form(function: _Command) -> _Command:
         return function(*args, form=ReportForm(format_, chosen or "en"), **values)
 
     return cast(_Command, options(with_form))
+
+
+def format_by_ending(formats: Iterable[str]) -> Callable[[_Command], _Command]:
+    """``--format`` of what ``-o`` writes; see :func:`chosen_format`."""
+    return click.option(
+        "--format",
+        "format_",
+        type=click.Choice(list(formats)),
+        metavar="FORMAT",
+        help=f"{', '.join(formats)}.  [default: that of the ending of -o, or text]",
+    )
+
+
+def chosen_format(written: str | None, output: str | None, *, as_json: bool) -> str:
+    """Return the format that is asked for by its name, or by the ending of a file."""
+    return "json" if as_json else written or format_of(output) or "text"
 
 
 def json_flag(help: str) -> Callable[[_Command], _Command]:
@@ -419,8 +418,12 @@ steps = in_order(
     )
 )
 
-#: ``-o FILE.json``.
-report_path = file("-o --output", "Write the report, as .json.", callback=writable_as(".json"))
+#: ``-o FILE``, of reports.
+report_path = file(
+    "-o --output",
+    f"Write the report as well, as {', '.join(ENDINGS.values())}.",
+    callback=writable_as(*ENDINGS.values()),
+)
 
 #: ``--traceback``.
 traceback = _session_flag(

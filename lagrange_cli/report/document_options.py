@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from lagrange_cli.emit.base import Option, OptionValue
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import ending_of
 from lagrange_cli.report.phrases.language import LANGUAGES
 
 #: Equilibria and modes that are listed; JSON has all.
@@ -213,6 +214,12 @@ DEFAULTS: dict[str, OptionValue] = {option.name: option.default for option in LA
 
 #: Format of a report → ending of its files.
 ENDINGS = {"text": ".txt", **{name: one.ending for name, one in DOCUMENTS.items()}, "json": ".json"}
+
+
+def format_of(path: str | None) -> str | None:
+    """Return the format of reports that a file's ending says; None for others and for no file."""
+    ending = None if path is None else ending_of(path)
+    return next((name for name, known in ENDINGS.items() if known == ending), None)
 
 
 def writer_of(name: str, kind: Literal["emit", "report", "body"]) -> Callable[..., Any]:

@@ -191,7 +191,10 @@ def test_at_chooses_the_equilibrium():
         (["--at", "theta=1.5"], "--at theta:1:1: this is no equilibrium"),
         (["--at", "thta=0"], "did you mean 'theta'?"),
         (["-o", "a.csv"], "does not end in .json or .npz or .txt"),
-        (["-o", "a.tex"], "does not end in .json, .npz or .txt, as --format text asks"),
+        (
+            ["-o", "a.tex", "--format", "text"],
+            "does not end in .json, .npz or .txt, as --format text asks",
+        ),
         (["--format", "markdown", "--style", "beamer"], "'markdown' has no option 'style'"),
         (["--format", "latex", "--width", "narrow"], "cannot be 'narrow'"),
         (["--language", "de", "--json"], "format 'json' has no option 'language'"),

@@ -123,7 +123,7 @@ def test_ends_that_are_none_are_refused_at_their_place(start, end, said):
         (("--turns", "-1"), "turns must be from 0"),
         (("--turns", "10000"), "more than 20,000 starts"),
         (("--samples", "1"), "samples must be from 2"),
-        (("-o", "p.txt"), "does not end in .json or .csv"),
+        (("-o", "p.pdf"), ".html or .json or .csv"),
     ],
 )
 def test_options_out_of_range_are_refused(words, said):

@@ -85,7 +85,7 @@ def test_the_same_on_several_cores():
     [
         (("--axes", "mas_ratio"), "did you mean 'mass_ratio'?"),
         (("--axes", ","), "is not names with commas between them"),
-        (("-o", "report.txt"), "does not end in .json"),
+        (("-o", "report.csv"), ".html or .json"),
         (("--budget", "0"), "budget must be a positive number"),
         (("-p", "m3=1"), "unknown parameter 'm3'"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,23 @@ if TYPE_CHECKING:
 
 #: Endings of files in place of what is printed.
 _OF_FORMATS = tuple(ending for name, ending in ENDINGS.items() if name != "json")
+
+
+def _frequencies(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[float, float] | None:
+    """Read a range of angular frequencies, ``FROM..TO``."""
+    if value is None:
+        return None
+    first, dots, last = value.partition("..")
+    try:
+        low, high = float(first), float(last)
+    except ValueError:
+        low = high = math.nan
+    if not (dots and 0 < low < high < math.inf):
+        message = f"'{value}' is no range of positive frequencies, as 0.1..100"
+        raise click.BadParameter(message, ctx, option)
+    return low, high
 
 
 @click.command(cls=Command)
@@ -84,7 +102,7 @@ _OF_FORMATS = tuple(ending for name, ending in ENDINGS.items() if name != "json"
 )
 @click.option(
     "--response",
-    callback=options.frequencies,
+    callback=_frequencies,
     metavar="FROM..TO",
     help="Responses of outputs to inputs between two angular frequencies.",
 )
@@ -109,15 +127,7 @@ _OF_FORMATS = tuple(ending for name, ending in ENDINGS.items() if name != "json"
     f" {', '.join(_OF_FORMATS)}.",
     callback=options.writable_as(".json", ".npz", *_OF_FORMATS),
 )
-@click.option(
-    "--format",
-    "format_",
-    type=click.Choice(list(ANALYZED)),
-    default="text",
-    show_default=True,
-    metavar="FORMAT",
-    help=f"The format: {', '.join(ANALYZED)}.",
-)
+@options.format_by_ending(ANALYZED)
 @options.json_flag("The same as --format json.")
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
 @heading("Pictures")
@@ -160,7 +170,7 @@ def analyze(
     animate: str | None,
     branches: tuple[str, str, str] | None,
     loci: str | None,
-    format_: str,
+    format_: str | None,
     ascii_only: bool,
     parameters: dict[str, str],
     as_json: bool,
@@ -191,7 +201,10 @@ def analyze(
     )
     request.require_use()
     pictures = AnalysisPictures.of(request, plot, loci, animate)
-    form = _Form.of("json" if as_json else format_, output, ascii_only, chosen)
+    # JSON is written beside what the terminal shows.
+    document = output if output is not None and ending_of(output) in _OF_FORMATS else None
+    to = options.chosen_format(format_, document, as_json=as_json)
+    form = _Form.of(to, output, ascii_only, chosen)
     if form.ending == ".npz":
         request.require_linear_system(linearization=linearization)
     branch_pictures = {name: ending_of(path) for name, path in pictures.of_branches.items()}

@@ -56,15 +56,7 @@ if TYPE_CHECKING:
 )
 @heading("Output")
 @options.file("-o --output", "Write to this file.  [default: standard output]", metavar="PATH")
-@click.option(
-    "--format",
-    "format_",
-    type=click.Choice(list(DERIVED)),
-    default="text",
-    show_default=True,
-    metavar="FORMAT",
-    help=f"The format: {', '.join(DERIVED)}.",
-)
+@options.format_by_ending(DERIVED)
 @options.json_flag("The same as --format json.")
 @click.option("--ascii", "ascii_only", is_flag=True, help="Text in plain ASCII.")
 @options.plot(
@@ -79,7 +71,7 @@ def derive(
     session: Session,
     /,
     scene: str,
-    format_: str,
+    format_: str | None,
     as_json: bool,
     form: str,
     forces: bool,
@@ -100,12 +92,12 @@ def derive(
         raise click.UsageError("--plot draws an effective potential: --form routhian has one")
     if brackets and form != "hamiltonian":
         raise click.UsageError("--bracket is of Hamilton's equations: --form hamiltonian")
-    format_ = "json" if as_json else format_
+    to = options.chosen_format(format_, output, as_json=as_json)
     # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else page_encoding()
 
     written_with = {name: value for name, value in chosen.items() if value is not None}
-    completed(format_, DERIVED[format_], written_with)
+    completed(to, DERIVED[to], written_with)
     forces = forces or options.asks_for_forces(written_with)
 
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
@@ -116,15 +108,15 @@ def derive(
 
     def written(derivation: Derivation) -> Any:
         content = derivation.with_brackets(*brackets).written(
-            format_, form=form, ascii=ascii_only, encoding=encoding, **written_with
+            to, form=form, ascii=ascii_only, encoding=encoding, **written_with
         )
         return content.to_json() if isinstance(content, Page) else content
 
-    question = brackets, format_, form, ascii_only, encoding, sorted(written_with.items())
+    question = brackets, to, form, ascii_only, encoding, sorted(written_with.items())
     stage = "writing the derivation"
     result = asked.answer("derive", question, stage, written, digits=digits)
     if plot is not None:
         session.remark(asked.derivation(digits).plot_effective_potential(plot))
     # A page is kept as it was before its lines were broken: windows differ in width.
     content = result if isinstance(result, str) else Page.from_json(result)
-    deliver(content, format_, output, width=USUAL_WIDTH)
+    deliver(content, to, output, width=USUAL_WIDTH)

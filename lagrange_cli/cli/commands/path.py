@@ -11,7 +11,7 @@ from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_report
-from lagrange_cli.files import ending_of
+from lagrange_cli.report.document_options import ENDINGS, format_of
 from lagrange_cli.report.formats import ReportForm
 
 
@@ -59,8 +59,9 @@ from lagrange_cli.report.formats import ReportForm
 @options.parameters
 @options.file(
     "-o --output",
-    "Write the report, as .json, or the samples of all paths, as .csv.",
-    callback=options.writable_as(".json", ".csv"),
+    f"Write the report as well, as {', '.join(ENDINGS.values())}, or the samples of all paths, as"
+    " .csv.",
+    callback=options.writable_as(*ENDINGS.values(), ".csv"),
 )
 @options.plot(
     "Draw the paths, variations beside the first, and the action over the size of variations, as"
@@ -101,7 +102,7 @@ def path(
             progress=move,
         )
     session.explain_code()
-    report_file = output if output is not None and ending_of(output) == ".json" else None
+    report_file = None if format_of(output) is None else output
     if output is not None and report_file is None:
         paths.write(output)
     print_report(paths, form, report_file)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from typing import TextIO
 
 from lagrange_cli.cli.terminal.appearance import painter, window_width
 from lagrange_cli.cli.terminal.streams import results
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import can_encode, cannot_write, write_file
-from lagrange_cli.report import UNBROKEN, Page
+from lagrange_cli.report import UNBROKEN, USUAL_WIDTH, Page
+from lagrange_cli.report.document_options import format_of
 from lagrange_cli.report.formats import ReportForm
 
 #: Exit code that a shell reports for a process that SIGPIPE ended.
@@ -79,7 +81,7 @@ def deliver(content: str | Page, format_: str, path: str | None, *, width: int =
 
 
 def print_report(value: object, form: ReportForm, output: str | None = None) -> None:
-    """Print the report of a value; write its JSON to ``output`` as well, if any.
+    """Print the report of a value; write it to ``output`` as well, if any, as its ending says.
 
     Raises
     ------
@@ -87,7 +89,8 @@ def print_report(value: object, form: ReportForm, output: str | None = None) -> 
         The file or standard output cannot be written.
     """
     if output is not None:
-        deliver(ReportForm("json").written(value), "json", output)
+        written = replace(form, format=format_of(output) or "json").written(value)
+        deliver(written, "", output, width=USUAL_WIDTH)
     print_text(form.written(value, page_encoding()), form.format)
 
 
