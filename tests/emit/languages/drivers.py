@@ -1,0 +1,127 @@
+"""Drivers of languages: how emitted modules are built, called and run.
+
+A driver builds one program that holds all modules that it is given. That program reads calls from
+standard input, one a line: numbers of the module and of the function, then t, y, p and u. It prints
+a line of results for each, with 17 digits.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.emit.languages.interface import Interface, interface_of
+from lagrange_cli.mechanics.equations import Equations
+
+
+@dataclass(frozen=True)
+class Module:
+    """An emitted module.
+
+    Attributes
+    ----------
+    equations, interface
+        Those of the scene.
+    files
+        Its files, in a folder of their own.
+    """
+
+    equations: Equations
+    interface: Interface
+    files: tuple[Path, ...]
+
+    @property
+    def folder(self) -> Path:
+        return self.files[0].parent
+
+    @property
+    def functions(self) -> list[str]:
+        """Names of its functions, in their order."""
+        return [function.name for function, _ in self.interface.functions]
+
+
+class Driver(ABC):
+    """A language as tests use it.
+
+    Attributes
+    ----------
+    language
+        Its name as a format.
+    programs
+        Programs that it needs.
+    options
+        Options of the format, with which a script is written.
+    solves
+        False while its modules lack the routines that solve systems of equations.
+    """
+
+    language: ClassVar[str]
+    programs: ClassVar[tuple[str, ...]] = ()
+    options: ClassVar[dict[str, str | bool]] = {}
+    solves: ClassVar[bool] = True
+
+    @abstractmethod
+    def build(self, folder: Path, modules: list[Module]) -> list[str]:
+        """Return the command that reads calls of functions of the modules."""
+
+    @abstractmethod
+    def script(self, module: Module) -> list[str]:
+        """Return the command that runs the script of a module."""
+
+    def require(self) -> None:
+        """Skip the test where a program is missing; in CI it fails."""
+        for program in self.programs:
+            if shutil.which(program) is None:
+                message = f"{program} is not installed"
+                if os.environ.get("CI") == "true":
+                    pytest.fail(message)
+                pytest.skip(message)
+
+    def emitted(self, equations: Equations, folder: Path) -> Module:
+        """Write the files of a scene."""
+        folder.mkdir(parents=True)
+        files = EMITTERS[self.language].emit(equations, self.options)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8", newline="\n")
+        interface = interface_of(equations, self.language, frozenset())
+        return Module(equations, interface, tuple(folder / name for name in files))
+
+    def results(self, folder, modules, calls):
+        """Return results of calls, a list of lists for each module."""
+        lines = [
+            " ".join([str(k), str(module.functions.index(call.function)), *_numbers(call)])
+            for k, module in enumerate(modules)
+            for call in calls[k]
+        ]
+        printed = executed(self.build(folder, modules), "\n".join([*lines, ""]), folder)
+        found = iter([[float(x) for x in line.split()] for line in printed.splitlines()])
+        return [[next(found) for _ in calls[k]] for k, _ in enumerate(modules)]
+
+    def rows(self, module, **arguments):
+        """Run the script and return its table, without the heading."""
+        words = [f"{name}={value!r}" for name, value in arguments.items()]
+        printed = executed([*self.script(module), *words], "", module.folder).splitlines()
+        assert printed[0] == ",".join(("t", *module.interface.state))
+        return [[float(x) for x in line.split(",")] for line in printed[1:]]
+
+
+def _numbers(call):
+    return [repr(x) for x in (call.t, *call.y, *call.p, *call.u)]
+
+
+def executed(command, text, folder):
+    """Run a command on an input and return what it prints; it must succeed."""
+    words = [str(word) for word in command]
+    done = subprocess.run(
+        words, input=text, capture_output=True, text=True, timeout=300, cwd=folder, check=False
+    )
+    assert done.returncode == 0, f"{words[:6]}: {done.stderr[-3000:]}{done.stdout[-1000:]}"
+    return done.stdout

@@ -1,0 +1,116 @@
+"""Emitted code of every language on the shipped scenes, against their symbolic equations."""
+
+from __future__ import annotations
+
+import pytest
+
+from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.errors import InputError
+from lagrange_cli.program.lowered.functions import Solve
+from tests.emit.languages.javascript import JavaScript
+from tests.emit.languages.reference import calls, states_at
+from tests.systems.shipped import APART, SCENES, SLICE, derived
+
+DRIVERS = {driver.language: driver for driver in (JavaScript(),)}
+
+#: Largest error of a result, relative to the sum of the magnitudes that it is made of.
+TOLERANCE = 1e-13
+
+#: Part of a scene's run that scripts are compared over.
+SPAN = 1 / 50
+
+#: Scenes whose scripts the suite runs: free and with closures, with inputs and time.
+SCRIPTS = ("kepler", "driven_spring", "chaplygin_sleigh", "four_bar_linkage", "heavy_top")
+
+every_language = pytest.mark.parametrize("driver", DRIVERS.values(), ids=DRIVERS)
+
+
+def held_by(driver, names):
+    """Scenes among these that a driver's language holds, and whose routines it has."""
+    held = [name for name in names if not refused(name)]
+    return [name for name in held if driver.solves or not _solves(name)]
+
+
+def _solves(name):
+    functions = interface_of(derived(name), "", frozenset()).functions
+    return any(isinstance(step, Solve) for function, _ in functions for step in function.body)
+
+
+def refused(name):
+    """Tell whether languages beside C and Python refuse a scene."""
+    system = derived(name).system
+    return bool(system.contacts) or any(u.recording is not None for u in system.inputs)
+
+
+ALL = [*SCENES, *APART]
+
+
+def in_parts(chosen, number):
+    """Scenes in parts of one process each: those chosen, and the others as campaigns."""
+    others = [name for name in ALL if name not in chosen]
+    parts = [others[k : k + number] for k in range(0, len(others), number)]
+    return [
+        pytest.param(list(chosen), id="slice"),
+        *(pytest.param(p, id=p[0], marks=pytest.mark.campaign) for p in parts),
+    ]
+
+
+@pytest.mark.slow
+@every_language
+@pytest.mark.parametrize("names", in_parts(SLICE, 25))
+def test_functions_agree_with_the_equations(driver, names, tmp_path):
+    driver.require()
+    held = held_by(driver, names)
+    modules = [driver.emitted(derived(name), tmp_path / name) for name in held]
+    expected = [calls(derived(name)) for name in held]
+    for module, rows in zip(modules, expected, strict=True):
+        assert {call.function for call in rows} == set(module.functions), module.interface.name
+    results = driver.results(tmp_path, modules, expected)
+    wrong = [
+        f"{name}: {problem}"
+        for name, rows, found in zip(held, expected, results, strict=True)
+        for call, values in zip(rows, found, strict=True)
+        if (problem := call.wrong(values, TOLERANCE))
+    ]
+    assert wrong == []
+
+
+@pytest.mark.slow
+@every_language
+@pytest.mark.parametrize("names", in_parts(SCRIPTS, 25))
+def test_scripts_agree_with_the_simulation(driver, names, tmp_path):
+    driver.require()
+    for name in held_by(driver, names):
+        equations = derived(name)
+        module = driver.emitted(equations, tmp_path / name)
+        start, end = module.interface.start, module.interface.until
+        until = start + (end - start) * SPAN
+        coarse, fine = (driver.rows(module, until=until, steps=k) for k in (1, 2))
+        assert len(fine) == module.interface.rows + 1
+        states = states_at(equations, [start, until])
+        for k, (row, state) in enumerate(zip((fine[0], fine[-1]), states, strict=True)):
+            largest = max(map(abs, state)) or 1
+            for x, by_one, exact in zip(row[1:], coarse[-1][1:], state, strict=True):
+                step_error = k * abs(x - by_one)
+                assert abs(x - exact) <= step_error + 1e-8 * largest, name
+
+
+@every_language
+@pytest.mark.parametrize("name", ["bouncing_ball", "seismometer"])
+def test_what_a_language_lacks_is_refused_at_a_place(driver, name):
+    with pytest.raises(InputError) as refusal:
+        EMITTERS[driver.language].emit(derived(name))
+    (problem,) = refusal.value.problems
+    assert problem.mark is not None
+    assert problem.message.startswith(f"--to {driver.language} does not hold this scene: ")
+
+
+def test_errors_beyond_the_tolerance_are_found():
+    rows = calls(derived("driven_spring"))
+    assert {call.function for call in rows} >= {"rhs", "inputs", "outputs"}
+    for call in rows:
+        assert call.wrong(call.expected, 0) is None
+        off = [x + 2e-13 * size for x, size in zip(call.expected, call.sizes, strict=True)]
+        assert not any(call.sizes) or call.wrong(off, TOLERANCE)
+        assert call.wrong([*call.expected, 0.0], TOLERANCE)
