@@ -46,7 +46,7 @@ from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.system.functions import right_hand_side
-from lagrange_cli.simulate.toolchain.compiler import processor
+from lagrange_cli.toolchain.compiler import processor
 
 ERRORS = (1e-6, 1e-9, 1e-12)
 

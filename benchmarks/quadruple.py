@@ -24,8 +24,8 @@ from lagrange_cli.simulate.model.build import programs_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.native.sources import library_source
 from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs
-from lagrange_cli.simulate.toolchain.compiler import find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
+from lagrange_cli.toolchain.compiler import find_compiler
+from lagrange_cli.toolchain.shared_library import CSource, load_libraries
 
 Array = NDArray[np.float64]
 

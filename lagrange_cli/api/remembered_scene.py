@@ -179,7 +179,7 @@ class RememberedScene:
         The integrators are compiled while a scene is derived (the number of its coordinates is
         nearly always that of the equations) and the model while what runs it is imported.
         """
-        from lagrange_cli.simulate.toolchain.shared_library import compilations_ahead
+        from lagrange_cli.toolchain.shared_library import compilations_ahead
 
         return compilations_ahead()
 
@@ -190,14 +190,14 @@ class RememberedScene:
             coordinates = loaded.scene.coordinates
             if coordinates is not None:
                 from lagrange_cli.simulate.system.library_sources import stepping_source
-                from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
+                from lagrange_cli.toolchain.shared_library import compile_ahead
 
                 number = len(coordinates) * (1 + len(self.sensitivity))
                 compile_ahead(stepping_source(number), self.workspace.cache)
 
         def value_of(derivation: Derivation) -> Any:
             from lagrange_cli.simulate.system.library_sources import system_source
-            from lagrange_cli.simulate.toolchain.shared_library import compile_ahead
+            from lagrange_cli.toolchain.shared_library import compile_ahead
 
             if self.reductions:
                 from lagrange_cli.simulate.model.build import model_of

@@ -12,7 +12,7 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, function_type, projection_type
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.right_hand_side import FunctionRhs
-from lagrange_cli.simulate.toolchain.shared_library import CSource
+from lagrange_cli.toolchain.shared_library import CSource
 from tests.simulate.native_systems import compiled, stepping_source
 
 #: A pendulum of parameters l, g in x, z; y = [x, z, vx, vz].

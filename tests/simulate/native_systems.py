@@ -9,8 +9,8 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators.events import NativeEvents, TerminalEvents
 from lagrange_cli.simulate.integrators.native.c_types import LANES, RHS
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.shared_library import CSource, load_libraries
 from tests.simulate.compiling import skip_without_compiler
 
 #: Bodies of f(t, y, p) → out, by name.

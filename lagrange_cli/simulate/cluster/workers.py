@@ -22,7 +22,7 @@ from typing import Any, Protocol, TypeVar
 
 from lagrange_cli.errors import InputError, LagrangeError, Problem
 from lagrange_cli.files import is_address
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.version import __version__
 
 #: How what a cluster needs is installed.

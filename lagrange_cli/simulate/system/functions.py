@@ -36,7 +36,7 @@ from lagrange_cli.simulate.system.tables import (
     no_columns,
 )
 from lagrange_cli.simulate.system.tracing import functions_of
-from lagrange_cli.simulate.toolchain.compiler import CompileError
+from lagrange_cli.toolchain.compiler import CompileError
 
 #: No driven inputs.
 _NONE: Mapping[str, Callable[[float], float]] = MappingProxyType({})

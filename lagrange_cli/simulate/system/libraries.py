@@ -29,8 +29,8 @@ from lagrange_cli.simulate.system.inputs import RecordedInputs
 from lagrange_cli.simulate.system.library_sources import OPTIONS, stepping_source, system_source
 from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.tracing import tracer
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.shared_library import CSource, load_libraries
 
 #: int64_t lagrange_digits(void)
 _DIGITS = ctypes.CFUNCTYPE(ctypes.c_int64)

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.simulate import kernels
-from lagrange_cli.simulate.toolchain.compiler import PEELED_LOOPS, REGISTERS_BY_PRIORITY
-from lagrange_cli.simulate.toolchain.shared_library import CSource
+from lagrange_cli.toolchain.compiler import PEELED_LOOPS, REGISTERS_BY_PRIORITY
+from lagrange_cli.toolchain.shared_library import CSource
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.model.model import Code

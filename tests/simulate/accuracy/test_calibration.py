@@ -18,7 +18,7 @@ import yaml
 from lagrange_cli import loads
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.simulation import simulate
-from lagrange_cli.simulate.toolchain.compiler import CompileError
+from lagrange_cli.toolchain.compiler import CompileError
 
 ROOT = Path(__file__).parents[3]
 SYSTEMS, REFERENCES = ROOT / "systems", ROOT / "tests" / "references"

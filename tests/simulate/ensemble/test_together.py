@@ -23,7 +23,7 @@ from lagrange_cli.simulate.integrators.native.c_types import EXTENDED
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import simulate
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
 from tests.simulate.ensemble.listed_members import tasks_of, unchanged
 

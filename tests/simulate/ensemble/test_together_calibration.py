@@ -13,7 +13,7 @@ import pytest
 from lagrange_cli.simulate.ensemble.run.batched_results import batched_results
 from lagrange_cli.simulate.ensemble.store.blocks import BlockPart
 from lagrange_cli.simulate.options import SimulationOptions
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
 from tests.simulate.compiling import skip_without_compiler
 
 pytestmark = pytest.mark.slow

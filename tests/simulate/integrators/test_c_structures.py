@@ -27,7 +27,7 @@ from lagrange_cli.simulate.integrators.native.c_types import (
     structure,
 )
 from lagrange_cli.simulate.integrators.native.methods import CompiledTaylor
-from lagrange_cli.simulate.toolchain.compiler import find_compiler
+from lagrange_cli.toolchain.compiler import find_compiler
 
 #: Lanes of motions that are stepped side by side, by the options that make so many.
 WIDTHS: dict[tuple[str, ...], int] = {(): 2}

@@ -16,7 +16,7 @@ from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.native.c_types import LANES
 from lagrange_cli.simulate.model.build import model_of
-from lagrange_cli.simulate.toolchain.shared_library import CSource
+from lagrange_cli.toolchain.shared_library import CSource
 from tests.simulate.compiling import compiled_or_skip
 from tests.simulate.native_systems import compiled
 

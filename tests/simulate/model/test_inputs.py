@@ -19,8 +19,8 @@ from lagrange_cli.report.writers.latex.document import latex_document
 from lagrange_cli.simulate import simulate
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.system.functions import interpreted
-from lagrange_cli.simulate.toolchain.compiler import find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
+from lagrange_cli.toolchain.compiler import find_compiler
+from lagrange_cli.toolchain.shared_library import CSource, load_libraries
 from tests.simulate.compiling import compiled_or_skip
 
 #: A cart on a spring whose other end and which itself are driven.

@@ -40,8 +40,8 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, scales_from, ulps
 from lagrange_cli.simulate.system.library_sources import system_source
 from lagrange_cli.simulate.system.rounding import each_off_by_one_ulp, rounding_factors
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import CSource, load_libraries
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.shared_library import CSource, load_libraries
 
 #: Name of the method in reports.
 METHOD = "Taylor"

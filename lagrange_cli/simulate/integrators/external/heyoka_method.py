@@ -36,7 +36,7 @@ from lagrange_cli.simulate.integrators.base import (
     UnfitError,
 )
 from lagrange_cli.simulate.integrators.right_hand_side import Expressions, Rhs, Tracer, structured
-from lagrange_cli.simulate.toolchain.compiler import processor
+from lagrange_cli.toolchain.compiler import processor
 
 #: Ending of the cache's entries.
 SUFFIX = ".db"

@@ -23,9 +23,9 @@ from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, EXTENDED
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.functions import interpreted, right_hand_side
-from lagrange_cli.simulate.toolchain import compiler
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import CSource
+from lagrange_cli.toolchain import compiler
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.shared_library import CSource
 from tests.simulate.compiling import compiled_or_skip, skip_without_compiler
 from tests.simulate.native_systems import compiled
 

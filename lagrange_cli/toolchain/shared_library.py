@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import Cache, digest
 from lagrange_cli.files import remove_abandoned_folders, temporary_folder
-from lagrange_cli.simulate.toolchain.compiler import (
+from lagrange_cli.toolchain.compiler import (
     COMMON_OPTIONS,
     PROCESSOR_OPTIONS,
     Compilation,

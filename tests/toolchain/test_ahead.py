@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.cache import open_cache
-from lagrange_cli.simulate.toolchain.compiler import CompileError, find_compiler
-from lagrange_cli.simulate.toolchain.shared_library import (
+from lagrange_cli.toolchain.compiler import CompileError, find_compiler
+from lagrange_cli.toolchain.shared_library import (
     CSource,
     compilations_ahead,
     compile_ahead,
