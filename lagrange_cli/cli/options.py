@@ -67,19 +67,6 @@ def _assignments(
     return assigned
 
 
-def value_range(
-    ctx: click.Context, option: click.Parameter, value: str | None
-) -> tuple[str, str, str] | None:
-    """Split ``NAME=FROM..TO``; both ends stay texts for the scene reader."""
-    if value is None:
-        return None
-    name, _, ends = (part.strip() for part in value.partition("="))
-    first, _, last = (part.strip() for part in ends.partition(".."))
-    if not (name and first and last):
-        raise click.BadParameter(f"'{value}' is not of the form NAME=FROM..TO", ctx, option)
-    return name, first, last
-
-
 def comma_separated(
     ctx: click.Context, option: click.Parameter, value: str | None
 ) -> tuple[str, ...] | None:
@@ -216,38 +203,16 @@ def cores() -> int:
     return len(of_process(0)) if of_process else os.cpu_count() or 1
 
 
-def report_form(function: _Command) -> _Command:
-    """``--format``, ``--language`` and ``--json``, which the command takes as one ``form``."""
-    options = in_order(
-        (
-            click.option(
-                "--format",
-                "format_",
-                type=click.Choice(FORMATS),
-                default="text",
-                show_default=True,
-                metavar="FORMAT",
-                help=f"{', '.join(FORMATS)}.",
-            ),
-            click.option(
-                "--language",
-                type=click.Choice(LANGUAGES),
-                help="The language of the report.  [default: en]",
-            ),
-            json_flag("The same as --format json."),
-        )
-    )
+def in_order(
+    options: Sequence[Callable[[_Command], _Command]],
+) -> Callable[[_Command], _Command]:
+    """Make one decorator of those of several options, in the order of the help text."""
+    return lambda function: functools.reduce(lambda done, one: one(done), options[::-1], function)
 
-    @functools.wraps(function)
-    def with_form(*args: Any, **values: Any) -> Any:
-        as_json, written = values.pop("as_json"), values.pop("format_")
-        chosen = values.pop("language")
-        format_ = "json" if as_json else written
-        if chosen is not None and format_ == "json":
-            raise click.UsageError("--language: JSON is the same in every language")
-        return function(*args, form=ReportForm(format_, chosen or "en"), **values)
 
-    return cast(_Command, options(with_form))
+def json_flag(help: str) -> Callable[[_Command], _Command]:
+    """``--json``."""
+    return click.option("--json", "as_json", is_flag=True, help=help)
 
 
 def format_by_ending(formats: Iterable[str]) -> Callable[[_Command], _Command]:
@@ -266,9 +231,56 @@ def chosen_format(written: str | None, output: str | None, *, as_json: bool) -> 
     return "json" if as_json else written or format_of(output) or "text"
 
 
-def json_flag(help: str) -> Callable[[_Command], _Command]:
-    """``--json``."""
-    return click.option("--json", "as_json", is_flag=True, help=help)
+def reporting(*others: str, replaces: bool = False) -> Callable[[_Command], _Command]:
+    """``--format``, ``--language`` and ``--json``, which the command takes as one ``form``.
+
+    Parameters
+    ----------
+    others
+        Names of formats that the command has besides.
+    replaces
+        True if ``-o`` writes a file in place of what is printed, whose ending may say the format.
+    """
+    names = [*FORMATS, *others]
+    options = in_order(
+        (
+            format_by_ending(names)
+            if replaces
+            else click.option(
+                "--format",
+                "format_",
+                type=click.Choice(names),
+                default="text",
+                show_default=True,
+                metavar="FORMAT",
+                help=f"{', '.join(names)}.",
+            ),
+            click.option(
+                "--language",
+                type=click.Choice(LANGUAGES),
+                help="The language of the report.  [default: en]",
+            ),
+            json_flag("The same as --format json."),
+        )
+    )
+
+    def decorated(function: _Command) -> _Command:
+        @functools.wraps(function)
+        def with_form(*args: Any, **values: Any) -> Any:
+            output = values["output"] if replaces else None
+            written, as_json = values.pop("format_"), values.pop("as_json")
+            to, code = chosen_format(written, output, as_json=as_json), values.pop("language")
+            if code is not None and to in ("json", *others):
+                raise click.UsageError(f"--language: {to} is the same in every language")
+            return function(*args, form=ReportForm(to, code or "en"), **values)
+
+        return cast(_Command, options(with_form))
+
+    return decorated
+
+
+#: The formats of most reports.
+report_form = reporting()
 
 
 def _session_flag(
@@ -288,13 +300,6 @@ def _session_flag(
         callback=note,
         help=help,
     )
-
-
-def in_order(
-    options: Sequence[Callable[[_Command], _Command]],
-) -> Callable[[_Command], _Command]:
-    """Make one decorator of those of several options, in the order of the help text."""
-    return lambda function: functools.reduce(lambda done, one: one(done), options[::-1], function)
 
 
 def of_formats(

@@ -55,6 +55,35 @@ def test_text_shows_the_place_and_what_was_found():
     )
 
 
+def test_documents_have_a_table_and_the_problems():
+    report = Report((FAILED, PASSED))
+    page = ReportForm("markdown", "de").written(report)
+    assert page == (
+        "2 Szenen: 1 pass, 1 fail\n\n"
+        "| Szene | Ausgang | Sekunden |\n| --- | --- | ---: |\n"
+        "| dir/a.yaml | fail | $0.25$ |\n| dir/b.yaml | pass | $0.50$ |\n\n"
+        "dir/a.yaml\n\n"
+        "```text\n"
+        "  dir/a.yaml:3:7: expected dof 2, found 1\n"
+        "      3 |   dof: 2\n"
+        "        |       ^\n"
+        "     K = 2\n"
+        "```\n"
+    )
+    root = ElementTree.fromstring(ReportForm("html").written(report))
+    assert root.findtext(".//{http://www.w3.org/1999/xhtml}title") == "check"
+
+
+def test_a_file_of_a_check_has_the_format_of_its_ending(tmp_path, capsys):
+    (tmp_path / "it.yaml").write_text("particles: {b: {mass: 1, position: [x, 0, 0]}}\n")
+    file = tmp_path / "it.html"
+    assert run(["check", str(tmp_path), "--language", "fr", "-o", str(file), "-q"]) == 0
+    assert capsys.readouterr().out == ""
+    assert "1 scène\N{NO-BREAK SPACE}: 1 pass" in file.read_text()
+    assert run(["check", str(tmp_path), "--language", "fr", "--format", "github"]) == 2
+    assert "github is the same in every language" in capsys.readouterr().err
+
+
 def test_json_is_the_contract():
     assert CHECK.write(Report((FAILED, INVALID))) == {
         "scenes": [

@@ -32,6 +32,19 @@ if TYPE_CHECKING:
 _OF_FORMATS = tuple(ending for name, ending in ENDINGS.items() if name != "json")
 
 
+def _value_range(
+    ctx: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, str, str] | None:
+    """Split ``NAME=FROM..TO``; both ends stay texts for the scene reader."""
+    if value is None:
+        return None
+    name, _, ends = (part.strip() for part in value.partition("="))
+    first, _, last = (part.strip() for part in ends.partition(".."))
+    if not (name and first and last):
+        raise click.BadParameter(f"'{value}' is not of the form NAME=FROM..TO", ctx, option)
+    return name, first, last
+
+
 def _frequencies(
     ctx: click.Context, option: click.Parameter, value: str | None
 ) -> tuple[float, float] | None:
@@ -84,7 +97,7 @@ def _frequencies(
 )
 @click.option(
     "--branches",
-    callback=options.value_range,
+    callback=_value_range,
     metavar="NAME=FROM..TO",
     help="Branches of equilibria, and their stability, as a parameter varies.",
 )

@@ -13,11 +13,11 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import deliver
 from lagrange_cli.files import write_file
-from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Report, SceneReport
+    from lagrange_cli.report.formats import ReportForm
 
 
 def _checked(
@@ -59,15 +59,7 @@ def _checked(
 @click.argument(
     "paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH..."
 )
-@click.option(
-    "--format",
-    "format_",
-    type=click.Choice(["text", "github", "json"]),
-    default="text",
-    show_default=True,
-    help="The format of the report: for a person, GitHub annotations, JSON.",
-)
-@options.json_flag("The same as --format json.")
+@options.reporting("github", replaces=True)
 @options.file("--junit", "Write a JUnit XML report to this file as well.")
 @click.option(
     "-j",
@@ -85,8 +77,7 @@ def _checked(
 def check(
     ctx: click.Context,
     paths: tuple[str, ...],
-    format_: str,
-    as_json: bool,
+    form: ReportForm,
     junit: str | None,
     jobs: int | None,
     scheduler: str | None,
@@ -102,11 +93,9 @@ def check(
     report = _checked(session, paths, parameters, outputs, jobs, scheduler)
     from lagrange_cli.report.contents.check import github_annotations, junit_xml
 
-    format_ = "json" if as_json else format_
-    written = (
-        github_annotations(report) if format_ == "github" else ReportForm(format_).written(report)
-    )
-    deliver(written, format_, output)
+    is_github = form.format == "github"
+    written = github_annotations(report) if is_github else form.written(report)
+    deliver(written, form.format, output)
     if junit is not None:
         write_file(junit, junit_xml(report))
     if session.traceback:

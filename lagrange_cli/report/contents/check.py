@@ -3,41 +3,78 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from xml.etree import ElementTree
 
 from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.errors import Problem, escape_controls, render
-from lagrange_cli.report.inlines import Listed, Plain
+from lagrange_cli.report.contents.numbers import decimal
+from lagrange_cli.report.inlines import Lettering, Listed, Plain, Text, say
+from lagrange_cli.report.phrases.language import ENGLISH
 from lagrange_cli.report.registry import contents_of, json_of
-from lagrange_cli.report.tree import Block, Document, Paragraph, Section, Verbatim
+from lagrange_cli.report.tree import (
+    Block,
+    Column,
+    Document,
+    Paragraph,
+    Title,
+    Verbatim,
+    section,
+    sections,
+    table_of,
+)
 from lagrange_cli.report.values.check import CHECK
+from lagrange_cli.report.writers.terminal.letters import UnicodeLetters
 
 json_of.register(Report, CHECK.write)
 
 
 @contents_of.register
 def check_document(report: Report) -> Document:
-    """Return each scene with its outcome and its problems."""
-    blocks = [block for scene in report.scenes for block in _scene(scene)]
-    blocks.append(Paragraph(_total(report).rstrip(), "heading"))
-    return Document("check", "outcomes of checks", "", (Section("", tuple(blocks)),))
+    """Return each scene with its outcome and its problems.
+
+    A document has a table of the scenes; a terminal has the problems of each below it.
+    """
+    total = _counted_scenes(report)
+    written = sections(
+        section(
+            "",
+            Paragraph(total, only="document"),
+            replace(table_of(report.scenes, *_COLUMNS), only="document"),
+            *(block for scene in report.scenes for block in _scene(scene)),
+            Paragraph(total, "heading", only="terminal"),
+        )
+    )
+    return Document("check", "outcomes of checks", "", written)
+
+
+_COLUMNS: tuple[Column[SceneReport], ...] = (
+    Column(say("scene"), lambda scene: Plain(scene.path)),
+    Column(say("outcome"), lambda scene: scene.outcome),
+    Column(say("seconds"), lambda scene: decimal(scene.seconds, ".2f"), True),
+)
 
 
 def _scene(scene: SceneReport) -> Iterator[Block]:
     """Return the outcome of a scene, and each problem with its place."""
     seconds = f"({scene.seconds:.2f} s)"
     outcome = Listed((f"{scene.outcome:7}", Plain(scene.path), seconds), between="  ")
-    yield Paragraph(outcome, "good" if scene.outcome == "pass" else "bad")
+    yield Paragraph(outcome, "good" if scene.outcome == "pass" else "bad", only="terminal")
     lines = [line for problem in scene.problems for line in render(problem).splitlines()]
     if lines:
+        yield Title(Plain(scene.path), only="document")
         yield Verbatim(tuple(f"  {line}" for line in lines))
 
 
-def _total(report: Report) -> str:
+def _counted_scenes(report: Report) -> Text:
     """Count the scenes, and those of each outcome."""
-    number = len(report.scenes)
-    counts = ", ".join(f"{n} {outcome}" for outcome, n in report.summary.items() if n)
-    return f"{number} {'scene' if number == 1 else 'scenes'}: {counts or 'nothing to check'}\n"
+    counts = tuple(f"{n} {outcome}" for outcome, n in report.summary.items() if n)
+    return say.counted(
+        len(report.scenes),
+        "{count} scene: {outcomes}",
+        "{count} scenes: {outcomes}",
+        outcomes=Listed(counts) or say("nothing to check"),
+    )
 
 
 def _escape(value: str, *more: tuple[str, str]) -> str:
@@ -66,7 +103,8 @@ def _annotation(scene: SceneReport, problem: Problem) -> str:
 def github_annotations(report: Report) -> str:
     """Return annotations for a GitHub workflow, one a problem, and a line that counts."""
     written = [_annotation(scene, p) for scene in report.scenes for p in scene.problems]
-    return "\n".join([*written, _total(report)])
+    total = Lettering(UnicodeLetters(), ENGLISH).text(_counted_scenes(report))
+    return "\n".join([*written, total]) + "\n"
 
 
 def _xml(text: str) -> str:

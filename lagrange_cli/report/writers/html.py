@@ -344,7 +344,7 @@ figure svg { max-width: 100%; height: auto; }
 def report_html(document: Document, say: Language) -> str:
     """Return a whole page."""
     # The title of a window is text without formulas.
-    title = text_prose(Lettering(UnicodeLetters(), say).text(document.title))
+    title = text_prose(Lettering(UnicodeLetters(), say).text(document.title or document.name))
     head = _head(_setter(document, say).lettering.letters.words(title), say.code)
     lines = [*head, "<body>", "<main>", body_html(document, say), "</main>", "</body>", "</html>"]
     return "\n".join(lines) + "\n"

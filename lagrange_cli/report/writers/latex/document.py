@@ -93,11 +93,12 @@ def _document_latex(
 ) -> str:
     """Return a document with a preamble; ``spread`` stands before its sections."""
     sections, title = document.sections, setter.text(document.title)
+    shown = [rf"\begin{{center}}\LARGE {title}\end{{center}}"] if title else []
     body = _kept_together(setter, sections, [setter.section(section) for section in sections])
     opening = [
         f"% {latex_text(document.name)}: {document.about}, written by lagrange",
         preamble + setter.definitions(chain(*body)) + r"\begin{document}",
-        rf"\begin{{center}}\LARGE {title}\end{{center}}",
+        *shown,
     ]
     if document.description:
         opening += ["", setter.text(document.description)]

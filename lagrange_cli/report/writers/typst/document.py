@@ -167,8 +167,9 @@ def _opening(document: Document, setter: Typesetter) -> list[str]:
     lines = [
         f"// {printable(document.name)}: {document.about}, written by lagrange",
         f'{_PREAMBLE}#set text(lang: "{setter.lettering.say.code}")\n',
-        f"#align(center, text(size: 17pt)[{setter.text(document.title)}])",
     ]
+    if document.title:
+        lines.append(f"#align(center, text(size: 17pt)[{setter.text(document.title)}])")
     if document.description:
         lines += ["", setter.text(document.description)]
     return lines
