@@ -39,8 +39,7 @@ def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
     if any(not block.definite for block in loops):
         parts.append(target.fill(c_template("solve_pivoted")))
     if any(block.closures for block in loops):
-        compliant = any(block.compliant for block in loops)
-        parts.append(target.fill(_saddle_template(real, compliant=compliant)))
+        parts.append(target.fill(_saddle_template(real)))
     if any(block.band is not None for block in blocks):
         parts.append(target.fill(c_template("solve_banded")))
     return "\n".join(parts)
@@ -80,27 +79,13 @@ def columns_solver_text(programs: Iterable[Program], target: CTarget) -> str:
 _LEAST = -65536.0
 
 
-#: More of the comment where the diagonal of the closures is given.
-_COMPLIANT = """\
- * The diagonal behind M is given too: 0, or 1 where a row of G and g are zero,
- * which makes that number of l zero.
-"""
-
-
-def _saddle_template(real: Real, *, compliant: bool) -> str:
+def _saddle_template(real: Real) -> str:
     """``PREFIX_solve_saddle`` and what it calls, but for names and type.
 
     Mass matrices may be singular by themselves where closures make the whole regular; then
     scales are taken from both, and the solution is refined.
-
-    Parameters
-    ----------
-    compliant
-        Whether the diagonal of the closures is given too.
     """
     replacements = {
-        "@CORNER@": "(i == j ? a[i*s + i] : @ZERO@)" if compliant else "@ZERO@",
-        "@COMPLIANT@": _COMPLIANT if compliant else "",
         "@LEAST@": real.value(_LEAST),
         "@SMALL@": real.value(LEAST_INERTIA),
         "@UNEVEN@": real.value(UNEVEN_PIVOT),

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import rates_note, steps_per_row
+from lagrange_cli.emit.languages.signatures import routines_called
 from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
 from lagrange_cli.emit.shared_code import recorded_inputs
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS, constraint_programs
-from lagrange_cli.program.lowered.functions import Function, Let, steps_in
+from lagrange_cli.program.lowered.functions import Function, Let, LocalArray, steps_in
 from lagrange_cli.program.lowered.lowering import lowered
+from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from lagrange_cli.program.program import Program, build_program, optional_outputs
 from lagrange_cli.version import __version__
 
@@ -40,6 +42,9 @@ _DOCUMENTATION = {
     "multipliers": "Multipliers, in the order of the closures.",
     "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
 }
+
+#: Names of routines, which no identifier of a scene may be.
+_ROUTINES = frozenset(routine.name for routine in routines_called(ROUTINES))
 
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
@@ -129,7 +134,7 @@ def interface_of(equations: Equations, language: str, reserved: frozenset[str]) 
     functions = tuple(
         (lowered(program, name), _DOCUMENTATION[name]) for name, program in _programs(equations)
     )
-    taken = reserved | _local_names(functions)
+    taken = reserved | _local_names(functions) | _ROUTINES
     system, defaults = equations.system, equations.system.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
     initial = system.initial
@@ -185,7 +190,7 @@ def _local_names(functions: tuple[tuple[Function, str], ...]) -> set[str]:
         step.name
         for function, _ in functions
         for step in steps_in(function.body)
-        if isinstance(step, Let)
+        if isinstance(step, Let | LocalArray)
     } | {function.name for function, _ in functions}
 
 

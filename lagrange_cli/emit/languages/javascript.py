@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import Language
+from lagrange_cli.emit.languages.routines import routine_texts
+from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
@@ -74,6 +76,24 @@ class JavaScript(Language):
         arguments = ", ".join([*map(str, step.sizes), *arrays])
         return [f"if (!solve_{step.routine}({arguments})) return out.fill(NaN);"]
 
+    def routine_head(self, routine: Signature) -> list[str]:
+        arguments = ", ".join(argument.name for argument in routine.arguments)
+        documentation = (f" * {line}".rstrip() for line in routine.documentation)
+        return ["/**", *documentation, " */", f"function {routine.name}({arguments}) {{"]
+
+    def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
+        return f"{'const' if fixed else 'let'} {self.store(name, text)}"
+
+    def counting(
+        self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
+    ) -> tuple[str, str]:
+        if down:
+            head = f"for (let {counter} = {stop} - 1; {counter} >= {start}; --{counter}) {{"
+        else:
+            advance = f"++{counter}" if step == 1 else f"{counter} += {step}"
+            head = f"for (let {counter} = {start}; {counter} < {stop}; {advance}) {{"
+        return head, self.ended
+
 
 def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.mjs``.
@@ -107,6 +127,7 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     parts = [
         "\n".join(language.commented(interface.heading)),
         "\n".join(stated),
+        *routine_texts(language),
         *functions,
         script,
     ]

@@ -10,10 +10,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from math import prod
 from textwrap import wrap
 from typing import ClassVar
 
 from lagrange_cli.emit.languages.interface import Interface, is_input
+from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.program.graph.operands import COUNTED, AffineIndex, Coefficient, Element, Operand
 from lagrange_cli.program.lowered.functions import (
     EPSILON,
@@ -30,6 +32,7 @@ from lagrange_cli.program.lowered.functions import (
     Store,
     Total,
     names_read,
+    steps_in,
 )
 from lagrange_cli.program.printing import Dialect, double_literal, expression_text
 from lagrange_cli.program.systems.loops import table_name
@@ -43,6 +46,15 @@ ARRAYS = {"p": "p", "u": "u", "q": "y", "v": "y"}
 
 #: Half the distance from 1 to the next number of double precision.
 _ROUNDING = Fraction(1, 2**53)
+
+
+def local_arrays(function: Function) -> dict[str, int]:
+    """Return the numbers of each array that a function makes, for the largest of its name."""
+    sizes: dict[str, int] = {}
+    for step in steps_in(function.body):
+        if isinstance(step, LocalArray):
+            sizes[step.name] = max(sizes.get(step.name, 0), prod(step.shape))
+    return sizes
 
 
 class Language(ABC):
@@ -64,6 +76,12 @@ class Language(ABC):
         Column before which lines are broken.
     continued
         Text at the end of a line that goes on; None where lines may be broken anywhere.
+    words
+        Words of tests in routines → those of the language.
+    augments
+        The language has ``x += 1``; else routines say ``x = x + 1``.
+    leaving, otherwise, ended
+        Lines of routines: the end of a loop, what an ``if`` has else, and the end of either.
     """
 
     functions: ClassVar[Mapping[str, str]]
@@ -73,12 +91,25 @@ class Language(ABC):
     tab = "    "
     width = 100
     continued = ""
+    words: ClassVar[Mapping[str, str]] = {
+        "and": "&&",
+        "or": "||",
+        "not": "!",
+        "True": "true",
+        "False": "false",
+    }
+    augments = True
+    leaving = "break;"
+    otherwise = "} else {"
+    ended = "}"
 
     def __init__(self, interface: Interface) -> None:
         self.interface = interface
         names = {**interface.names, EPSILON: self.number(_ROUNDING)}
         self.dialect = Dialect(self.number, self.functions, names, self.element)
         self._level = 0
+        #: Arrays that the function has not made yet.
+        self._arrays: dict[str, int] = {}
         #: Tables of indices that the functions printed so far look into.
         self.tables: dict[str, tuple[int, ...]] = {}
         #: Routines that they call.
@@ -148,10 +179,59 @@ class Language(ABC):
         """Return a number of an array, by an index from ``first`` on."""
         return f"{name}[{index}]"
 
+    # -- what a language says of routines --------------------------------------------
+
+    @abstractmethod
+    def routine_head(self, routine: Signature) -> list[str]:
+        """Return the lines that begin a routine, with its documentation."""
+
+    def routine_foot(self, routine: Signature) -> list[str]:
+        """Return the lines that end a routine."""
+        return [self.ended]
+
+    @abstractmethod
+    def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
+        """Return the first assignment of a variable in its block; ``fixed``: the only one."""
+
+    @abstractmethod
+    def counting(
+        self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
+    ) -> tuple[str, str]:
+        """Return the lines around a loop from ``start`` on to below ``stop``, or the same down."""
+
+    def augmented(self, target: str, operator: str, text: str) -> str:
+        """Return the statement that changes a number."""
+        return f"{target} {operator}= {text};"
+
+    def repeated(self, test: str) -> tuple[str, str]:
+        """Return the lines around a loop as long as a test holds."""
+        return f"while ({test}) {{", self.ended
+
+    def branch(self, test: str) -> str:
+        """Return the line that begins what is done if a test holds."""
+        return f"if ({test}) {{"
+
+    def other_branch(self, test: str) -> str:
+        """Return the line that begins what is done if no test before and this one holds."""
+        return f"}} else if ({test}) {{"
+
+    def returned(self, text: str | None) -> list[str]:
+        """Return the lines that end a routine with its result, if it has one."""
+        return ["return;" if text is None else f"return {text};"]
+
+    def called(self, routine: Signature, arguments: Sequence[str]) -> tuple[list[str], str]:
+        """Return lines that call a routine, if it takes some, and the expression of its result."""
+        return [], f"{routine.name}({', '.join(arguments)})"
+
+    def called_alone(self, text: str) -> list[str]:
+        """Return the lines of a call without a result."""
+        return [f"{text};"]
+
     # -- the walk --------------------------------------------------------------------
 
     def function_lines(self, function: Function, documentation: str) -> list[str]:
         """Return the lines of a function."""
+        self._arrays = local_arrays(function)
         lines = [*self.inputs_of(function), *self._all(function.body)]
         return [
             *self.head(function, documentation),
@@ -188,8 +268,8 @@ class Language(ABC):
         if isinstance(step, Remark):
             return [f"{self.comment}{step.text}"]
         if isinstance(step, LocalArray):
-            size = step.shape[0] * step.shape[-1] if len(step.shape) > 1 else step.shape[0]
-            return self.array(step.name, size)
+            size = self._arrays.pop(step.name, None)
+            return [] if size is None else self.array(step.name, size)
         if isinstance(step, Solve):
             self.routines.add(step.routine)
             return self.solve(step)

@@ -103,18 +103,19 @@ class Solve:
     Attributes
     ----------
     routine
-        ``definite``: A x = b with the upper triangle of a positive definite A. ``pivoted``: A x = b
-        with a whole A. ``saddle``: [[M, Gᵀ], [G, C]] with the upper triangle of M, the rows of G
-        and, if the block is compliant, the diagonal C. ``banded``: a positive definite band, by
-        rows. ``sparse``: supernodes, described by ``tables``. ``columns``: a saddle with many
-        right-hand sides, which stand in the columns of a matrix.
+        A name of :data:`~lagrange_cli.program.lowered.routines.registry.ROUTINES`. ``definite``:
+        A x = b with the upper triangle of a positive definite A. ``pivoted``: A x = b with a whole
+        A. ``saddle``: [[M, Gᵀ], [G, C]] with the upper triangle of M, the rows of G and the
+        diagonal C. ``banded``: a positive definite band, by rows. ``sparse``: supernodes, described
+        by ``tables``. ``columns``: a saddle with many right-hand sides, which stand in the columns
+        of a matrix.
     sizes
         ``definite`` and ``pivoted``: unknowns; ``saddle``: coordinates and closures; ``banded``:
         unknowns and width; ``sparse``: unknowns and nodes; ``columns``: coordinates, unknowns and
         columns.
     arrays
         First numbers of the matrix and of the right-hand side, which the solution replaces, and
-        of scratch space.
+        of the arrays behind them, which the routine overwrites. None of them overlap.
     tables
         Tables of indices.
     """

@@ -65,11 +65,13 @@ def _value(number: int) -> Element:
 
 
 def _elimination(part: SparseSolve) -> Solve:
-    factors, arrays = part.factors, (_value(part.matrix), _value(part.vector))
+    """Solve for the numbers of a vector, behind which the pivots and a column are overwritten."""
+    factors, unknowns = part.factors, len(part.factors.order)
+    starts = (part.matrix, part.vector, part.vector + unknowns, part.vector + 2 * unknowns)
+    arrays = tuple(map(_value, starts))
     if isinstance(factors, BandFactors):
-        return Solve("banded", (len(factors.order), factors.width), arrays)
-    sizes = (len(factors.order), len(factors.nodes))
-    return Solve("sparse", sizes, arrays, supernode_tables(factors))
+        return Solve("banded", (unknowns, factors.width), arrays[:3])
+    return Solve("sparse", (unknowns, len(factors.nodes)), arrays, supernode_tables(factors))
 
 
 def _loop(loop: IndexedLoop, coordinates: int) -> Scope:

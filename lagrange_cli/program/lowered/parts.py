@@ -1,4 +1,4 @@
-"""What follows the assignments of a program: results, tests of pivots, and equations to solve.
+"""Parts of a function behind the assignments of its program: results, tests, equations to solve.
 
 Cells of the arrays ``matrix``, ``vector``, ``columns`` and ``out`` are read by variables ``m0, …``,
 ``b0, …``, ``c0, …`` and ``o0, …``; the multipliers of a band by the names that the program gives
@@ -57,6 +57,8 @@ class Pivots:
 
 
 Part: TypeAlias = Stores | Assignments | Pivots | Zeros | LocalArray | Solve
+
+_ZERO = Constant(Fraction(0))
 
 _COLUMNS = "Right-hand sides, a column for each number by which is differentiated."
 
@@ -121,7 +123,7 @@ def _change(program: Program) -> list[Part]:
     """Return changes of the coordinates that closures hold; those of the others are zero."""
     coupled = {i for block in program.blocks for i in block.coordinates}
     free = [i for i in range(program.coordinates) if i not in coupled]
-    zeros = [Statement(Cell(RESULTS, i), Constant(Fraction(0))) for i in free]
+    zeros = [Statement(Cell(RESULTS, i), _ZERO) for i in free]
     return [Stores(zeros), *_solution(program, {i: Cell(RESULTS, i) for i in coupled}, {})]
 
 
@@ -165,17 +167,18 @@ def _band(
     m, width = len(block.closures), block.band + 1
     yield LocalArray("band", (m, width), block.start - m * width)
     yield LocalArray("multipliers", (m,), block.start)
+    yield LocalArray("pivots", (m,), block.start + m)
     yield Stores(_counted("band", entries), "The band of the multipliers, by rows.")
     yield Stores(_counted("multipliers", right), "What drives them.")
-    yield Solve("banded", (m, block.band), (_first("band"), _first("multipliers")))
+    yield Solve("banded", (m, block.band), _firsts("band", "multipliers", "pivots"))
 
 
 def _counted(array: str, operands: Sequence[Operand]) -> list[Statement]:
     return [Statement(Cell(array, k), operand) for k, operand in enumerate(operands)]
 
 
-def _first(array: str) -> Element:
-    return Element(array, AffineIndex(0))
+def _firsts(*arrays: str) -> tuple[Element, ...]:
+    return tuple(Element(array, AffineIndex(0)) for array in arrays)
 
 
 def _dense_block(
@@ -188,7 +191,7 @@ def _dense_block(
     n, size = len(block.coordinates), block.size
     yield LocalArray("matrix", (size, size), 0)
     yield LocalArray("vector", (size,), size * size)
-    upper, below = _matrix_of(n, size, entries, gradients, compliant=block.compliant)
+    upper, below = _matrix_of(n, size, entries, gradients)
     yield upper
     if not (block.definite or block.closures):
         yield Stores(_mirrored("matrix", "m", n))
@@ -196,20 +199,26 @@ def _dense_block(
     yield Stores(_counted("vector", right), _RIGHT if block.closures else "Forcing.")
     routine = "definite" if block.definite else "saddle" if block.closures else "pivoted"
     sizes = (n, len(block.closures)) if block.closures else (n,)
-    yield Solve(routine, sizes, (_first("matrix"), _first("vector")))
+    overwritten = {"definite": {"pivots": 1}, "saddle": {"scales": 1, "copy": size, "defect": 1}}
+    behind = overwritten.get(routine, {})
+    start = size * size + size
+    for name, columns in behind.items():
+        yield LocalArray(name, (size * columns,), start)
+        start += size * columns
+    yield Solve(routine, sizes, _firsts("matrix", "vector", *behind))
 
 
 def _matrix_of(
-    n: int, size: int, entries: Sequence[Operand], gradients: Sequence[Operand], *, compliant: bool
+    n: int, size: int, entries: Sequence[Operand], below: Sequence[Operand]
 ) -> list[Stores]:
-    """Store the mass matrix of a block and the gradients of its closures."""
+    """Store the mass matrix of a block, the gradients of its closures and their compliance."""
     upper = _upper("matrix", n, size, entries)
-    below = [Cell("matrix", i * size + j) for i in range(n, size) for j in range(n)]
-    if compliant:
-        below += [Cell("matrix", i * size + i) for i in range(n, size)]
+    cells = [Cell("matrix", i * size + j) for i in range(n, size) for j in range(n)]
+    cells += [Cell("matrix", i * size + i) for i in range(n, size)]
+    operands = [*below, *[_ZERO] * (len(cells) - len(below))]
     return [
         Stores(upper, "Upper triangle of the mass matrix, by rows."),
-        Stores(list(map(Statement, below, gradients)), "Gradients of the closures, by rows."),
+        Stores(list(map(Statement, cells, operands)), "Gradients of the closures, by rows."),
     ]
 
 
@@ -229,7 +238,6 @@ def _derivatives(program: Program) -> list[Part]:
         n = len(block.coordinates)
         entries = [next(matrix) for _ in range(n * (n + 1) // 2)]
         below = [next(matrix) for _ in range((n + block.compliant) * len(block.closures))]
-        below += [] if block.compliant else [Constant(Fraction(0))] * len(block.closures)
         parts += _columns(block, entries, below, [next(forcing) for _ in block.places])
         solved = [
             Statement(Cell(RESULTS, place[i, k]), Variable(f"c{row * len(block.columns) + number}"))
@@ -251,9 +259,8 @@ def _columns(
     yield LocalArray("matrix", (size, size), 0)
     yield LocalArray("columns", (size, columns), size * size)
     yield LocalArray("scales", (size,), size * (size + columns))
-    yield from _matrix_of(n, size, entries, below, compliant=True)
+    yield from _matrix_of(n, size, entries, below)
     yield Zeros("columns", 0, size * columns)
     cells = [Cell("columns", i * columns + k) for i, k in block.places]
     yield Stores(list(map(Statement, cells, right)), _COLUMNS)
-    arrays = (_first("matrix"), _first("columns"), _first("scales"))
-    yield Solve("columns", (n, size, columns), arrays)
+    yield Solve("columns", (n, size, columns), _firsts("matrix", "columns", "scales"))

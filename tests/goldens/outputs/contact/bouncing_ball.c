@@ -2,7 +2,7 @@
 
 #include "bouncing_ball.h"
 
-#if bouncing_ball_EMISSION != 0xb0b8b7d6UL
+#if bouncing_ball_EMISSION != 0xefaa9f50UL
 #error "bouncing_ball.c and bouncing_ball.h are not of one emission: emit both once more"
 #endif
 
@@ -178,20 +178,19 @@ static int bouncing_ball_equilibrate(int s, const double *a, double *d)
 
 /*
  * Solve M x = f + G^T l, G x = g for n numbers x and m numbers l. Of the matrix
- * [M, G^T; G, 0] by rows, the upper triangle of M and the rows of G are given;
- * [x; l] replaces [f; g] in b, behind which (n + m)(n + m + 2) more numbers are
- * overwritten: scales, a copy of the matrix, what an equation is off by.
+ * [M, G^T; G, C] by rows, the upper triangle of M, the rows of G and the diagonal
+ * C are given: C is 0, or 1 where a row of G and g are zero, which makes that number
+ * of l zero. [x; l] replaces [f; g] in b; scales d, a copy of the matrix and the defect
+ * of the solution are overwritten.
  * Units do not matter: M is divided by its size, and rows and columns are
  * scaled alike, all by powers of two. Then comes elimination with pivoting; where
  * M is nearly singular the solution is refined once, so that every row holds to the
  * rounding of its own terms (Skeel, Math. Comput. 35 (1980) 817).
- * The diagonal behind M is given too: 0, or 1 where a row of G and g are zero,
- * which makes that number of l zero.
  */
-static int bouncing_ball_solve_saddle(int n, int m, double *a, double *b)
+static int bouncing_ball_solve_saddle(int n, int m, double *a, double *b, double *d,
+                               double *copy, double *defect)
 {
     const int s = n + m;
-    double *const d = b + s, *const copy = d + s, *const rest = copy + s*s;
     double size = 0.0, unit = 1.0;
     int i, j, uneven;
     for (i = 0; i < n; ++i) {
@@ -223,7 +222,7 @@ static int bouncing_ball_solve_saddle(int n, int m, double *a, double *b)
             copy[i*s + j] = a[i*s + j];
         }
         b[i] *= d[i];
-        rest[i] = b[i];
+        defect[i] = b[i];
     }
     if (bouncing_ball_solve_pivoted(s, a, b) != 0) {
         return 1;
@@ -231,10 +230,10 @@ static int bouncing_ball_solve_saddle(int n, int m, double *a, double *b)
     if (uneven) {
         for (i = 0; i < s; ++i) {
             for (j = 0; j < s; ++j) {
-                rest[i] -= copy[i*s + j]*b[j];
+                defect[i] -= copy[i*s + j]*b[j];
             }
         }
-        if (bouncing_ball_solve_pivoted(s, copy, rest) != 0) {
+        if (bouncing_ball_solve_pivoted(s, copy, defect) != 0) {
             return 1;
         }
     }
@@ -242,7 +241,7 @@ static int bouncing_ball_solve_saddle(int n, int m, double *a, double *b)
         if (!(fabs(a[i*s + i]) > (double)s*bouncing_ball_EPSILON)) {
             return 1;
         }
-        b[i] = (uneven ? b[i] + rest[i] : b[i])*(i < n ? d[i] : -d[i]/unit);
+        b[i] = (uneven ? b[i] + defect[i] : b[i])*(i < n ? d[i] : -d[i]/unit);
     }
     return 0;
 }
@@ -375,7 +374,7 @@ static int bouncing_ball_contact_rhs(double t, const double *y, const double *u,
     work[3] = 1.0 - contact[0];
     work[4] = -p->m*p->g;
     work[5] = 0.0;
-    if (bouncing_ball_solve_saddle(1, 1, work, work + 4) != 0) {
+    if (bouncing_ball_solve_saddle(1, 1, work, work + 4, work + 6, work + 8, work + 12) != 0) {
         return 1;
     }
     dydt[3] = work[4];
@@ -398,7 +397,7 @@ static int bouncing_ball_contact_multipliers(double t, const double *y, const do
     work[3] = 1.0 - contact[0];
     work[4] = -p->m*p->g;
     work[5] = 0.0;
-    if (bouncing_ball_solve_saddle(1, 1, work, work + 4) != 0) {
+    if (bouncing_ball_solve_saddle(1, 1, work, work + 4, work + 6, work + 8, work + 12) != 0) {
         return 1;
     }
     out[0] = work[5];
@@ -475,7 +474,7 @@ static int bouncing_ball_contact_position_change(double t, const double *y, cons
     work[3] = 1.0 - contact[0];
     work[4] = 0.0;
     work[5] = -contact[0]*q_z;
-    if (bouncing_ball_solve_saddle(1, 1, work, work + 4) != 0) {
+    if (bouncing_ball_solve_saddle(1, 1, work, work + 4, work + 6, work + 8, work + 12) != 0) {
         return 1;
     }
     out[1] = work[4];
@@ -517,7 +516,7 @@ static int bouncing_ball_contact_velocity_change(double t, const double *y, cons
     work[3] = 1.0 - contact[0];
     work[4] = 0.0;
     work[5] = -contact[0]*v_z;
-    if (bouncing_ball_solve_saddle(1, 1, work, work + 4) != 0) {
+    if (bouncing_ball_solve_saddle(1, 1, work, work + 4, work + 6, work + 8, work + 12) != 0) {
         return 1;
     }
     out[1] = work[4];
@@ -581,7 +580,7 @@ static int bouncing_ball_impulse(double t, const double *y, const double *u, con
     work[3] = 1.0 - contact[0];
     work[4] = 0.0;
     work[5] = contact[0]*contact[1];
-    if (bouncing_ball_solve_saddle(1, 1, work, work + 4) != 0) {
+    if (bouncing_ball_solve_saddle(1, 1, work, work + 4, work + 6, work + 8, work + 12) != 0) {
         return 1;
     }
     out[1] = work[4];

@@ -49,7 +49,7 @@ extern "C" {
 #define bouncing_ball_MULTIPLIERS 1
 #define bouncing_ball_CONSTRAINTS 2
 #define bouncing_ball_POSITIONS 1
-#define bouncing_ball_EMISSION 0xb0b8b7d6UL
+#define bouncing_ball_EMISSION 0xefaa9f50UL
 #define bouncing_ball_WORK 39
 
 typedef struct bouncing_ball_params {

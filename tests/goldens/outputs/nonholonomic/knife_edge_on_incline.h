@@ -41,7 +41,7 @@ extern "C" {
 #define knife_edge_on_incline_MULTIPLIERS 1
 #define knife_edge_on_incline_CONSTRAINTS 1
 #define knife_edge_on_incline_POSITIONS 1
-#define knife_edge_on_incline_EMISSION 0x5455e37fUL
+#define knife_edge_on_incline_EMISSION 0xb5cff5e1UL
 #define knife_edge_on_incline_WORK 30
 
 typedef struct knife_edge_on_incline_params {

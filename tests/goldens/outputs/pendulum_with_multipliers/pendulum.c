@@ -2,7 +2,7 @@
 
 #include "pendulum.h"
 
-#if pendulum_EMISSION != 0x0dbc977aUL
+#if pendulum_EMISSION != 0x8019fec3UL
 #error "pendulum.c and pendulum.h are not of one emission: emit both once more"
 #endif
 
@@ -178,18 +178,19 @@ static int pendulum_equilibrate(int s, const double *a, double *d)
 
 /*
  * Solve M x = f + G^T l, G x = g for n numbers x and m numbers l. Of the matrix
- * [M, G^T; G, 0] by rows, the upper triangle of M and the rows of G are given;
- * [x; l] replaces [f; g] in b, behind which (n + m)(n + m + 2) more numbers are
- * overwritten: scales, a copy of the matrix, what an equation is off by.
+ * [M, G^T; G, C] by rows, the upper triangle of M, the rows of G and the diagonal
+ * C are given: C is 0, or 1 where a row of G and g are zero, which makes that number
+ * of l zero. [x; l] replaces [f; g] in b; scales d, a copy of the matrix and the defect
+ * of the solution are overwritten.
  * Units do not matter: M is divided by its size, and rows and columns are
  * scaled alike, all by powers of two. Then comes elimination with pivoting; where
  * M is nearly singular the solution is refined once, so that every row holds to the
  * rounding of its own terms (Skeel, Math. Comput. 35 (1980) 817).
  */
-static int pendulum_solve_saddle(int n, int m, double *a, double *b)
+static int pendulum_solve_saddle(int n, int m, double *a, double *b, double *d,
+                               double *copy, double *defect)
 {
     const int s = n + m;
-    double *const d = b + s, *const copy = d + s, *const rest = copy + s*s;
     double size = 0.0, unit = 1.0;
     int i, j, uneven;
     for (i = 0; i < n; ++i) {
@@ -202,7 +203,7 @@ static int pendulum_solve_saddle(int n, int m, double *a, double *b)
     }
     for (i = 0; i < s; ++i) {
         for (j = i; j < s; ++j) {
-            a[i*s + j] = j < n ? a[i*s + j]*unit : (i < n ? a[j*s + i] : 0.0);
+            a[i*s + j] = j < n ? a[i*s + j]*unit : (i < n ? a[j*s + i] : (i == j ? a[i*s + i] : 0.0));
             a[j*s + i] = a[i*s + j];
         }
         b[i] *= i < n ? unit : 1.0;
@@ -221,7 +222,7 @@ static int pendulum_solve_saddle(int n, int m, double *a, double *b)
             copy[i*s + j] = a[i*s + j];
         }
         b[i] *= d[i];
-        rest[i] = b[i];
+        defect[i] = b[i];
     }
     if (pendulum_solve_pivoted(s, a, b) != 0) {
         return 1;
@@ -229,10 +230,10 @@ static int pendulum_solve_saddle(int n, int m, double *a, double *b)
     if (uneven) {
         for (i = 0; i < s; ++i) {
             for (j = 0; j < s; ++j) {
-                rest[i] -= copy[i*s + j]*b[j];
+                defect[i] -= copy[i*s + j]*b[j];
             }
         }
-        if (pendulum_solve_pivoted(s, copy, rest) != 0) {
+        if (pendulum_solve_pivoted(s, copy, defect) != 0) {
             return 1;
         }
     }
@@ -240,7 +241,7 @@ static int pendulum_solve_saddle(int n, int m, double *a, double *b)
         if (!(fabs(a[i*s + i]) > (double)s*pendulum_EPSILON)) {
             return 1;
         }
-        b[i] = (uneven ? b[i] + rest[i] : b[i])*(i < n ? d[i] : -d[i]/unit);
+        b[i] = (uneven ? b[i] + defect[i] : b[i])*(i < n ? d[i] : -d[i]/unit);
     }
     return 0;
 }
@@ -268,10 +269,11 @@ int pendulum_rhs(double t, const double *y, const double *u, const pendulum_para
     work[4] = p->m;
     work[6] = 2.0*q_x;
     work[7] = 2.0*q_z;
+    work[8] = 0.0;
     work[9] = 0.0;
     work[10] = -p->m*p->g;
     work[11] = -2.0*(v_x*v_x + v_z*v_z);
-    if (pendulum_solve_saddle(2, 1, work, work + 9) != 0) {
+    if (pendulum_solve_saddle(2, 1, work, work + 9, work + 12, work + 15, work + 24) != 0) {
         return 1;
     }
     dydt[2] = work[9];
@@ -373,10 +375,11 @@ int pendulum_multipliers(double t, const double *y, const double *u, const pendu
     work[4] = p->m;
     work[6] = 2.0*q_x;
     work[7] = 2.0*q_z;
+    work[8] = 0.0;
     work[9] = 0.0;
     work[10] = -p->m*p->g;
     work[11] = -2.0*(v_x*v_x + v_z*v_z);
-    if (pendulum_solve_saddle(2, 1, work, work + 9) != 0) {
+    if (pendulum_solve_saddle(2, 1, work, work + 9, work + 12, work + 15, work + 24) != 0) {
         return 1;
     }
     out[0] = work[11];
@@ -458,10 +461,11 @@ static int pendulum_position_change(double t, const double *y, const double *u, 
     work[4] = p->m;
     work[6] = 2.0*q_x;
     work[7] = 2.0*q_z;
+    work[8] = 0.0;
     work[9] = 0.0;
     work[10] = 0.0;
     work[11] = -q_x*q_x - q_z*q_z + p->l*p->l;
-    if (pendulum_solve_saddle(2, 1, work, work + 9) != 0) {
+    if (pendulum_solve_saddle(2, 1, work, work + 9, work + 12, work + 15, work + 24) != 0) {
         return 1;
     }
     out[0] = work[9];
@@ -511,10 +515,11 @@ static int pendulum_velocity_change(double t, const double *y, const double *u, 
     work[4] = p->m;
     work[6] = 2.0*q_x;
     work[7] = 2.0*q_z;
+    work[8] = 0.0;
     work[9] = 0.0;
     work[10] = 0.0;
     work[11] = -2.0*(q_x*v_x + q_z*v_z);
-    if (pendulum_solve_saddle(2, 1, work, work + 9) != 0) {
+    if (pendulum_solve_saddle(2, 1, work, work + 9, work + 12, work + 15, work + 24) != 0) {
         return 1;
     }
     out[0] = work[9];

@@ -40,7 +40,7 @@ extern "C" {
 #define pendulum_MULTIPLIERS 1
 #define pendulum_CONSTRAINTS 2
 #define pendulum_POSITIONS 1
-#define pendulum_EMISSION 0x0dbc977aUL
+#define pendulum_EMISSION 0x8019fec3UL
 #define pendulum_WORK 30
 
 typedef struct pendulum_params {

@@ -1,0 +1,30 @@
+"""Types and numbers that routines share."""
+
+from __future__ import annotations
+
+from collections.abc import MutableSequence, Sequence
+from typing import TypeAlias
+
+#: Numbers, which a routine may store.
+Array: TypeAlias = MutableSequence[float]
+
+#: A table of indices.
+Integers: TypeAlias = Sequence[int]
+
+#: Half the distance from 1 to the next number.
+EPSILON = 2.0**-53
+
+#: The smallest number that is held with all its digits.
+SMALLEST = 2.0**-1022
+
+
+def power_of_two(x: float) -> float:
+    """Return the largest power of two that is not above x, or the smallest normal number."""
+    power = 1.0
+    while power > x and power > SMALLEST:
+        power *= 0.5
+    while power < 0.5 * x:
+        power *= 2.0
+    if 2.0 * power <= x:
+        power *= 2.0
+    return power
