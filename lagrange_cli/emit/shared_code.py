@@ -8,6 +8,9 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.interpolation import Polynomials, polynomials
 from lagrange_cli.program.emitted_functions import canonical_programs
 from lagrange_cli.program.program import Program
+from lagrange_cli.program.solvers.tolerances import LARGEST_EXPONENT as LARGEST_EXPONENT
+from lagrange_cli.program.solvers.tolerances import LEAST_INERTIA as LEAST_INERTIA
+from lagrange_cli.program.solvers.tolerances import UNEVEN_PIVOT as UNEVEN_PIVOT
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -22,16 +25,6 @@ RESIDUAL_ROUNDING = 1024.0
 
 #: Steps of Newton's method onto the closures before giving up.
 NEWTON_STEPS = 50
-
-#: Elimination that leaves less than this part of an inertia calls for refinement.
-UNEVEN_PIVOT = 2.0**-8
-
-#: An inertia below this part of the largest, with products of inertia, does so too.
-LEAST_INERTIA = 2.0**-100
-
-#: The largest exponent of inertia over gradient squared (a gradient may be as small as rounding
-#: leaves it).
-LARGEST_EXPONENT = 100
 
 #: Steps of the search for pushes, times one more than there are contacts.
 COMPLEMENTARITY_STEPS = 64

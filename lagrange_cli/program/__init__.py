@@ -5,4 +5,4 @@ its linear systems are split into blocks, and none of its names is from the scen
 known here. Read :mod:`.program` first.
 """
 
-__all__ = ["emitted_functions", "operations", "printing", "program"]
+__all__ = ["emitted_functions", "kinds", "operations", "printing", "program"]

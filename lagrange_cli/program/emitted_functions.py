@@ -18,9 +18,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.program import (
     Program,
-    ProgramKind,
     build_jacobian,
     build_program,
     build_slopes,

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum, auto
 from functools import cached_property
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -23,6 +22,7 @@ from lagrange_cli.program.graph.operands import (
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph, expand_angle_sums
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.solvers.blocks import (
     LARGEST_UNROLLED,
@@ -59,18 +59,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import DerivationSources
-
-
-class ProgramKind(Enum):
-    """The quantity that a program computes, by which targets arrange its results."""
-
-    VALUES = auto()  # numbers, one after the other
-    ENERGY = auto()  # one number
-    MATRIX = auto()  # the upper triangle of the mass matrix
-    RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
-    MULTIPLIERS = auto()  # those of all closures
-    CHANGE = auto()  # a change of coordinates or of velocities, or velocities of momenta
-    JACOBIAN = auto()  # derivatives of accelerations or of outputs, by rows
 
 
 #: Kinds of programs of one output alone; all other programs give values.

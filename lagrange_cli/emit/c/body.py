@@ -12,6 +12,7 @@ from dataclasses import replace
 from lagrange_cli.emit.c.target import EPSILON_NAME, CTarget, wrapped
 from lagrange_cli.program.emitted_functions import CANONICAL_PARTS, INTERNAL_FUNCTIONS, SLOPES
 from lagrange_cli.program.graph.operands import COUNTED, AffineIndex, Element, cell_named
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.lowered.functions import (
     EPSILON,
     RESULTS,
@@ -34,7 +35,7 @@ from lagrange_cli.program.lowered.functions import (
 from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.workspace import given_size, solver_workspace
 from lagrange_cli.program.printing import expression_text
-from lagrange_cli.program.program import Program, ProgramKind
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.systems.loops import table_name
 
 #: Counters of nested loops, outermost first.

@@ -9,11 +9,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from lagrange_cli.emit.c.target import EPSILON_NAME, CTarget, Real, wrapped
-from lagrange_cli.emit.shared_code import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.solvers.sparse_factorization import BandFactors, SupernodalFactors
+from lagrange_cli.program.solvers.tolerances import (
+    LARGEST_EXPONENT,
+    LEAST_INERTIA,
+    UNEVEN_PIVOT,
+)
 from lagrange_cli.program.systems.loops import SparseSolve, Total, table_name, tables_of
 
 #: Functions that ``<math.h>`` lacks.

@@ -48,8 +48,9 @@ from lagrange_cli.program.emitted_functions import (
 )
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
 from lagrange_cli.program.graph.statement_groups import dependents
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.printing import Dialect, double_literal, expression_text
-from lagrange_cli.program.program import Program, ProgramKind, build_program
+from lagrange_cli.program.program import Program, build_program
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

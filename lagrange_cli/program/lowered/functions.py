@@ -19,7 +19,7 @@ from lagrange_cli.program.graph.operands import (
     Operand,
     variables,
 )
-from lagrange_cli.program.program import ProgramKind
+from lagrange_cli.program.kinds import ProgramKind
 
 #: Array of the results of every function.
 RESULTS = "out"

@@ -23,6 +23,7 @@ from lagrange_cli.program.graph.operands import (
     rebuilt,
 )
 from lagrange_cli.program.graph.statement_groups import dependents
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.lowered.functions import (
     EPSILON,
     RESULTS,
@@ -40,7 +41,7 @@ from lagrange_cli.program.lowered.functions import (
 from lagrange_cli.program.lowered.indexed_loops import indexed_body, zeros
 from lagrange_cli.program.lowered.parts import Assignments, Part, Pivots, Stores, parts_of
 from lagrange_cli.program.lowered.workspace import solver_workspace
-from lagrange_cli.program.program import Program, ProgramKind
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.systems.loop_rolling import (
     LoopNest,
     LoopStatement,

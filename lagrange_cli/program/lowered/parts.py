@@ -21,8 +21,9 @@ from lagrange_cli.program.graph.operands import (
     Variable,
 )
 from lagrange_cli.program.graph.statement_groups import Assignment, dependents
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.lowered.functions import RESULTS, LocalArray, Solve
-from lagrange_cli.program.program import Program, ProgramKind
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.solvers.jacobians import ColumnBlock
 from lagrange_cli.program.systems.loop_rolling import Statement

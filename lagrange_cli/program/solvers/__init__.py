@@ -5,4 +5,4 @@ The zero pattern of M and of the closures goes in; blocks, an order and a factor
 further right-hand sides of them. Read :mod:`.blocks` first.
 """
 
-__all__ = ["blocks", "jacobians", "sensitivities", "sparse_factorization"]
+__all__ = ["blocks", "jacobians", "sensitivities", "sparse_factorization", "tolerances"]

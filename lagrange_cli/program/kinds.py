@@ -1,0 +1,17 @@
+"""Kinds of programs: the quantity that a program computes."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+
+class ProgramKind(Enum):
+    """The quantity that a program computes, by which targets arrange its results."""
+
+    VALUES = auto()  # numbers, one after the other
+    ENERGY = auto()  # one number
+    MATRIX = auto()  # the upper triangle of the mass matrix
+    RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
+    MULTIPLIERS = auto()  # those of all closures
+    CHANGE = auto()  # a change of coordinates or of velocities, or velocities of momenta
+    JACOBIAN = auto()  # derivatives of accelerations or of outputs, by rows
