@@ -43,7 +43,7 @@ gallery:
 
 # Write the expected outputs and messages anew.
 goldens:
-    {{python}} -m pytest tests/goldens tests/errors --update-goldens
+    {{python}} -m pytest tests/goldens tests/errors tests/report/test_formats.py --update-goldens
 
 # Write what the commands of README.md and of the pages of docs/ print.
 readme:

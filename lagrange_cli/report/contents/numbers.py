@@ -15,7 +15,7 @@ def digits(text: str) -> Inline:
 
 def decimal(value: float | None, form: str = ".9g") -> Text:
     """Return a number in a format of :func:`format`, a dash for None."""
-    return "-" if value is None else digits(format(value, form))
+    return "-" if value is None else digits(format(value, form) if value else "0")
 
 
 def assigned(name: str, value: Text) -> Listed:
