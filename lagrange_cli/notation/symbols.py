@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from lagrange_cli.latex_allowlist import with_formulas
@@ -377,25 +378,61 @@ def scientific(literal: str) -> tuple[str, int | None]:
 
 
 #: A symbol, a number or a sign in the text of a unit.
-UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([-+\d/.]+)\)|\^(-?\d+)|([/()])")
+_UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([-+\d/.]+)\)|\^(-?\d+)|([/()])")
 
 
-def latex_unit(unit: str) -> str:
-    """Return a unit in LaTeX math: ``kg*m^2/s`` with upright symbols; other texts as they are."""
-    parts: list[str] = []
-    place = 0
-    while place < len(unit):
-        part = UNIT_PART.match(unit, place)
-        if part is None:
-            return _in_text(unit)
-        symbol, number, between, power, short_power, sign = part.groups()
-        if symbol:
-            parts.append(rf"\mathrm{{{symbol}}}" if symbol.isascii() else _in_text(symbol))
-        elif between is not None:
-            parts.append(r"\,")
-        elif power or short_power:
-            parts.append(f"^{{{power or short_power}}}")
-        else:
-            parts.append(number or sign)
-        place = part.end()
-    return "".join(parts)
+@dataclass(frozen=True)
+class UnitLetters:
+    """Letters of units in a format.
+
+    ``nothing`` stands for the base of a power without one, ``between`` for a product.
+
+    Attributes
+    ----------
+    symbol, number, sign
+        Write a symbol as ``kg``, a whole number, and one of ``/()``.
+    power
+        Writes a base with an exponent.
+    words
+        Writes a text that is no unit.
+    """
+
+    symbol: Callable[[str], str]
+    number: Callable[[str], str]
+    sign: Callable[[str], str]
+    power: Callable[[str, str], str]
+    words: Callable[[str], str]
+    between: str
+    nothing: str = ""
+
+    def written(self, unit: str) -> str:
+        """Return a unit, ``kg*m^2/s`` with upright symbols; other texts as they are."""
+        parts: list[str] = []
+        place = 0
+        while place < len(unit):
+            part = _UNIT_PART.match(unit, place)
+            if part is None:
+                return self.words(unit)
+            symbol, number, between, power, short_power, sign = part.groups()
+            if symbol:
+                parts.append(self.symbol(symbol))
+            elif between is not None:
+                parts.append(self.between)
+            elif power or short_power:
+                base = parts.pop() if parts else self.nothing
+                parts.append(self.power(base, power or short_power))
+            else:
+                parts.append(self.number(number) if number else self.sign(sign))
+            place = part.end()
+        return "".join(parts)
+
+
+#: Units in LaTeX.
+latex_unit = UnitLetters(
+    symbol=lambda name: rf"\mathrm{{{name}}}" if name.isascii() else _in_text(name),
+    number=str,
+    sign=str,
+    power=lambda base, exponent: f"{base}^{{{exponent}}}",
+    words=_in_text,
+    between=r"\,",
+).written

@@ -188,8 +188,11 @@ class TestEmit:
         assert len(os.listdir(tmp_path)) == 2
 
     def test_list_names_every_format(self):
-        listed = succeed("emit", "--list").splitlines()
+        head, *listed = succeed("emit", "--list").splitlines()
+        assert head.split() == ["format", "files", "content"]
         assert [line.split()[0] for line in listed] == list(EMITTERS)
+        column = head.index("content")
+        assert [line[column:] for line in listed] == [one.title for one in EMITTERS.values()]
 
     def test_style_snippet(self):
         assert r"\documentclass" not in succeed("emit", HOLE, "--to", "latex", "--style", "snippet")

@@ -16,7 +16,7 @@ from lagrange_cli.notation.printers.typeset import TypesetPrinter
 from lagrange_cli.notation.symbols import (
     GREEK,
     SIGNS,
-    UNIT_PART,
+    UnitLetters,
     latex_name,
     printable,
     scientific,
@@ -143,28 +143,6 @@ def mathml_number(literal: str) -> str:
         return f"<mn>{mantissa}</mn>"
     power = mathml_scripted("<mn>10</mn>", above=_index(str(exponent)))
     return f"<mrow><mn>{mantissa}</mn><mo>×</mo>{power}</mrow>" if mantissa else power
-
-
-def mathml_unit(unit: str) -> str:
-    """Return a unit, ``kg*m^2/s`` in upright letters; other texts as they are."""
-    parts: list[str] = []
-    place = 0
-    while place < len(unit):
-        part = UNIT_PART.match(unit, place)
-        if part is None:
-            return mathml_text(unit)
-        symbol, number, between, power, short_power, sign = part.groups()
-        if symbol:
-            parts.append(_identifier(symbol, upright=True))
-        elif between is not None:
-            parts.append(mathml_space(0.167))
-        elif power or short_power:
-            base = parts.pop() if parts else "<mrow/>"
-            parts.append(mathml_scripted(base, above=_index(power or short_power)))
-        else:
-            parts.append(f"<mn>{number}</mn>" if number else _tight(sign))
-        place = part.end()
-    return "".join(parts)
 
 
 def mathml_of_latex(text: str) -> str:
@@ -447,3 +425,15 @@ class MathmlPrinter(TypesetPrinter):
 
     def exponent_width(self, exponent: str) -> float:
         return 0.8 * self.columns(exponent)
+
+
+#: Units in upright letters.
+mathml_unit = UnitLetters(
+    symbol=lambda name: _identifier(name, upright=True),
+    number=lambda digits: f"<mn>{digits}</mn>",
+    sign=_tight,
+    power=lambda base, exponent: mathml_scripted(base, above=_index(exponent)),
+    words=mathml_text,
+    between=mathml_space(0.167),
+    nothing="<mrow/>",
+).written

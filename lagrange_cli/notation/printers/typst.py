@@ -17,7 +17,7 @@ from lagrange_cli.notation.printers.typeset import TypesetPrinter
 from lagrange_cli.notation.symbols import (
     GREEK,
     SIGNS,
-    UNIT_PART,
+    UnitLetters,
     latex_name,
     printable,
     scientific,
@@ -158,26 +158,16 @@ def _subscript(part: str) -> str:
     return typst_name(part) if inner.is_letter and not part[0].isdigit() else _word(part)
 
 
-def typst_unit(unit: str) -> str:
-    """A unit in Typst's mathematics: ``kg*m^2/s`` in upright letters; other texts as they are."""
-    parts: list[str] = []
-    place = 0
-    while place < len(unit):
-        part = UNIT_PART.match(unit, place)
-        if part is None:
-            return typst_string(unit)
-        symbol, number, between, power, short_power, sign = part.groups()
-        if symbol:
-            parts.append(f"upright({typst_string(symbol)})")
-        elif between is not None:
-            parts.append(" thin ")
-        elif power or short_power:
-            exponent = (power or short_power).replace("/", r"\/")
-            parts.append(typst_scripted(parts.pop() if parts else EMPTY, "^", exponent))
-        else:
-            parts.append(number or rf"\{sign}")
-        place = part.end()
-    return "".join(parts)
+#: Units in Typst's mathematics, in upright letters.
+typst_unit = UnitLetters(
+    symbol=lambda name: f"upright({typst_string(name)})",
+    number=str,
+    sign=lambda sign: rf"\{sign}",
+    power=lambda base, exponent: typst_scripted(base, "^", exponent.replace("/", r"\/")),
+    words=typst_string,
+    between=" thin ",
+    nothing=EMPTY,
+).written
 
 
 # -- ``latex`` keys -----------------------------------------------------------------------

@@ -5,22 +5,33 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.cache import MAX_CACHE_BYTES, Cache, Removed
-from lagrange_cli.emit.base import FormatList
+from lagrange_cli.emit.base import Emitter, FormatList
 from lagrange_cli.report.contents.numbers import decimal
 from lagrange_cli.report.inlines import Listed, Plain, Text, say
 from lagrange_cli.report.registry import contents_of, json_of
-from lagrange_cli.report.tree import Document, Labelled, Paragraph, Section, section, sections
+from lagrange_cli.report.tree import (
+    Column,
+    Document,
+    Labelled,
+    Paragraph,
+    Section,
+    section,
+    sections,
+    table_of,
+)
 from lagrange_cli.report.values.check import CACHE, CacheView
 
 
 @contents_of.register
 def format_document(listed: FormatList) -> Document:
     """Return each format with the files that it writes, and its title."""
-    rows = tuple(
-        (name, Plain(f"{', '.join('NAME' + e for e in emitter.extensions)}  {emitter.title}"))
-        for name, emitter in listed.emitters.items()
+    columns: tuple[Column[Emitter], ...] = (
+        Column(say("format"), lambda emitter: emitter.name),
+        Column(say("files"), lambda emitter: ", ".join(f"NAME{e}" for e in emitter.extensions)),
+        Column(say("content"), lambda emitter: Plain(emitter.title)),
     )
-    return Document("formats", "what emit writes", "", sections(section("", Labelled(rows))))
+    shown = table_of(listed.emitters.values(), *columns, prose=say("content"))
+    return Document("formats", "what emit writes", "", sections(section("", shown)))
 
 
 json_of.register(CacheView, CACHE.write)
