@@ -47,6 +47,12 @@ def _javascript(equations: Equations, options: Mapping[str, OptionValue]) -> dic
     return emit_javascript(equations, options)
 
 
+def _fortran(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.languages.fortran import emit_fortran
+
+    return emit_fortran(equations, options)
+
+
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.pictures.sketch.tikz import emit_tikz
 
@@ -137,6 +143,14 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".mjs",),
             single_file=True,
             run=_javascript,
+        ),
+        Emitter(
+            name="fortran",
+            title="Fortran 2018: a module of pure subroutines, without dependencies",
+            extensions=(".f90",),
+            single_file=True,
+            run=_fortran,
+            options=(Option("main", "a program that integrates and prints CSV"),),
         ),
         Emitter(
             name="tikz",

@@ -65,6 +65,9 @@ trace uchar ucontext ulimit unistd utime utmp utmpx values wait wchar wctype wor
 #: Those in folders, as <net/if.h>, are found nevertheless.
 C_HEADERS = frozenset(_C_HEADERS.split())
 
+#: Letters that tails of identifiers take where their length is limited.
+_TAIL = 8
+
 _SIGNS = {"[": "_", "]": "", ",": "_", " ": ""}
 
 
@@ -85,21 +88,38 @@ def file_stem(name: str, reserved: frozenset[str] = frozenset()) -> str:
     return f"{stem}_" if stem.lower() in reserved or stem in reserved else stem
 
 
-def unique_identifiers(names: Iterable[str], reserved: frozenset[str]) -> list[str]:
+def unique_identifiers(
+    names: Iterable[str],
+    reserved: frozenset[str],
+    *,
+    caseless: bool = False,
+    longest: int | None = None,
+) -> list[str]:
     """Return an identifier for each name, in order: reserved ones, ones that begin
-    with an underscore and repeated ones get a tail of underscores and digits."""
+    with an underscore and repeated ones get a tail of underscores and digits.
+
+    Parameters
+    ----------
+    caseless
+        Capitals do not tell identifiers from each other, nor from reserved words.
+    longest
+        Number of letters at most; None for any number.
+    """
+    if caseless:
+        reserved = frozenset(word.lower() for word in reserved)
     taken: set[str] = set()
     result = []
     for name in names:
         base = identifier(name)
         if base.startswith("_"):
             base = f"x{base}"
-        if base in reserved:
+        base = base[: longest and longest - _TAIL]
+        if (base.lower() if caseless else base) in reserved:
             base += "_"
         choice, tail = base, 2
-        while choice in taken:
+        while (choice.lower() if caseless else choice) in taken:
             choice, tail = f"{base}_{tail}", tail + 1
-        taken.add(choice)
+        taken.add(choice.lower() if caseless else choice)
         result.append(choice)
     return result
 

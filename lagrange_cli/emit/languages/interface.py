@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import rates_note, steps_per_row
@@ -78,7 +79,7 @@ class Interface:
     Attributes
     ----------
     name
-        The scene's name as an identifier.
+        The scene's name as an identifier that none of the others is.
     heading
         Lines of the comment at its head.
     coordinates, parameters, inputs
@@ -115,7 +116,14 @@ class Interface:
         return (*names, *(f"dot({name})" for name in names))
 
 
-def interface_of(equations: Equations, language: str, reserved: frozenset[str]) -> Interface:
+def interface_of(
+    equations: Equations,
+    language: str,
+    reserved: frozenset[str],
+    *,
+    caseless: bool = False,
+    longest: int | None = None,
+) -> Interface:
     """Return the interface of a scene's module.
 
     Parameters
@@ -124,6 +132,8 @@ def interface_of(equations: Equations, language: str, reserved: frozenset[str]) 
         Name of the language, for refusals.
     reserved
         Words that identifiers must not be.
+    caseless, longest
+        What tells identifiers apart, see :func:`.naming.unique_identifiers`.
 
     Raises
     ------
@@ -138,8 +148,11 @@ def interface_of(equations: Equations, language: str, reserved: frozenset[str]) 
     system, defaults = equations.system, equations.system.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
     initial = system.initial
-    names = _names(equations, taken)
-    (name,) = unique_identifiers([equations.presentation.name], reserved)
+    unique = partial(unique_identifiers, caseless=caseless, longest=longest)
+    inputs = _inputs(equations)
+    names = dict(zip(inputs, unique(inputs.values(), taken), strict=True))
+    words = taken | frozenset(names.values())
+    (name,) = unique([equations.presentation.name], words)
     return Interface(
         name,
         tuple(_heading(equations)),
@@ -194,15 +207,13 @@ def _local_names(functions: tuple[tuple[Function, str], ...]) -> set[str]:
     } | {function.name for function, _ in functions}
 
 
-def _names(equations: Equations, taken: frozenset[str]) -> dict[str, str]:
-    """Return an identifier for each input of the programs, all of them different."""
+def _inputs(equations: Equations) -> dict[str, str]:
+    """Return what each input of the programs is called in the scene."""
     system = equations.system
-    entries = [(f"p{i}", p.name) for i, p in enumerate(system.parameters)]
-    entries += [(f"u{i}", u.name) for i, u in enumerate(system.inputs)]
-    entries += [(f"q{i}", c.name) for i, c in enumerate(system.coordinates)]
-    entries += [(f"v{i}", f"{c.name}_dot") for i, c in enumerate(system.coordinates)]
-    identifiers = unique_identifiers((name for _, name in entries), taken)
-    return {dummy: name for (dummy, _), name in zip(entries, identifiers, strict=True)}
+    entries = {f"p{i}": p.name for i, p in enumerate(system.parameters)}
+    entries |= {f"u{i}": u.name for i, u in enumerate(system.inputs)}
+    entries |= {f"q{i}": c.name for i, c in enumerate(system.coordinates)}
+    return entries | {f"v{i}": f"{c.name}_dot" for i, c in enumerate(system.coordinates)}
 
 
 def _heading(equations: Equations) -> Iterator[str]:

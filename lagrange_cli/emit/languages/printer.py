@@ -74,6 +74,8 @@ class Language(ABC):
         Indentation of a level.
     width
         Column before which lines are broken.
+    named
+        Letters of the inputs of programs that functions name at their beginning.
     continued
         Text at the end of a line that goes on; None where lines may be broken anywhere.
     words
@@ -90,6 +92,7 @@ class Language(ABC):
     first = 0
     tab = "    "
     width = 100
+    named = "puqv"
     continued = ""
     words: ClassVar[Mapping[str, str]] = {
         "and": "&&",
@@ -244,7 +247,7 @@ class Language(ABC):
         read = {name for name in names_read(function.body) if is_input(name)}
         n = function.coordinates
         lines = []
-        for letter in "puqv":
+        for letter in self.named:
             numbers = sorted(int(name[1:]) for name in read if name[0] == letter)
             for k in numbers:
                 place = str(k + (n if letter == "v" else 0) + self.first)

@@ -155,7 +155,8 @@ def _computed_once(equations, what, compute):
     folder = Path(os.environ["XDG_CACHE_HOME"]) / "test-references"
     system = equations.system
     kind = f"{len(system.coordinates)}-{len(system.closures)}-{len(system.parameters)}"
-    path = folder / f"{equations.presentation.digest}-{kind}-{what}.json"
+    name = f"{equations.presentation.name}-{equations.presentation.digest}"
+    path = folder / f"{name}-{kind}-{what}.json"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
         own = path.with_suffix(f".{os.getpid()}")
@@ -214,23 +215,29 @@ class _Values:
         arguments = [s.t, *(c.q for c in s.coordinates), *(c.v for c in s.coordinates)]
         arguments += [x.symbol for x in (*s.parameters, *s.inputs)]
         arguments += [*(c.a for c in s.coordinates), *(c.multiplier for c in s.closures)]
+        plain = {symbol: sp.Symbol(f"x{k}", real=True) for k, symbol in enumerate(arguments)}
         expressions = [sp.sympify(x) for part in parts.values() for x in part]
+        self.present = [k for k, x in enumerate(expressions) if x != 0]
+        expressions = [expressions[k].xreplace(plain) for k in self.present]
         modules = [_FUNCTIONS, "mpmath"]
         self.counts = {name: len(part) for name, part in parts.items()}
         self.unknowns = len(s.coordinates) + len(s.closures)
-        self.function = sp.lambdify(arguments, expressions, modules, cse=True, dummify=True)
+        self.function = sp.lambdify(list(plain.values()), expressions, modules, cse=True)
 
     def __call__(self, t, y, p, u, unknowns=None):
         given = (t, *y, *p, *u, *(unknowns or [0.0] * self.unknowns))
-        values = iter(self.function(*map(sized, given)))
-        return {name: [sized(next(values)) for _ in range(k)] for name, k in self.counts.items()}
+        everything = [sized(0)] * sum(self.counts.values())
+        for k, x in zip(self.present, self.function(*map(sized, given)), strict=True):
+            everything[k] = sized(x)
+        values = iter(everything)
+        return {name: [next(values) for _ in range(k)] for name, k in self.counts.items()}
 
 
 def _at(equations, values_at, t, y, p):
     """Yield the calls at a state, but those that are not real or not finite there."""
     s = equations.system
     n, m = len(s.coordinates), len(s.closures)
-    inputs = values_at(t, y, p, [0.0] * len(s.inputs))["inputs"]
+    inputs = values_at(t, y, p, [0.0] * len(s.inputs))["inputs"] if s.inputs else []
     u = tuple(float(x.value) + 0.25 for x in inputs)
     values = values_at(t, y, p, u)
     solution = _solved(values, n, m)
@@ -239,7 +246,8 @@ def _at(equations, values_at, t, y, p):
     else:
         values["rhs"] = [*map(Sized, y[n:]), *solution[:n]]
         values["multipliers"] = solution[n:]
-        values["outputs"] = values_at(t, y, p, u, solution)["outputs"]
+        if s.outputs:
+            values["outputs"] = values_at(t, y, p, u, solution)["outputs"]
     gradients = [values["gradients"][k * n : (k + 1) * n] for k in range(m)]
     rates = [
         sum((g * x for g, x in zip(row, map(Sized, y[n:]), strict=True)), rate)
@@ -281,7 +289,7 @@ def _solved(values, n, m):
     if inverse is None:
         return None
     x = np.array([mpmath.mpf(0)] * size)
-    for _ in range(12):
+    for _ in range(6):
         x = x + inverse @ (b - a @ x)
     sizes_of_a = np.array([[float(x.size) for x in row] for row in matrix])
     sizes_of_b = np.array([float(x.size) for x in right])
@@ -293,9 +301,10 @@ def _solved(values, n, m):
 
 def _inverse(a):
     """The inverse of a matrix that is regular once its rows and columns are scaled, else None."""
-    rows = 1 / np.abs(a).max(1, initial=0)
-    columns = 1 / np.abs(a * rows[:, None]).max(0, initial=0)
-    scaled = a * rows[:, None] * columns
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows = 1 / np.abs(a).max(1, initial=0)
+        columns = 1 / np.abs(a * rows[:, None]).max(0, initial=0)
+        scaled = a * rows[:, None] * columns
     if not np.isfinite(scaled).all() or np.linalg.cond(scaled) > 1e12:
         return None
     return np.linalg.inv(scaled) * columns[:, None] * rows

@@ -8,11 +8,13 @@ from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.errors import InputError
 from lagrange_cli.program.lowered.functions import Solve
+from tests.emit.languages.cases import CASES, MORE, built
+from tests.emit.languages.fortran import Fortran
 from tests.emit.languages.javascript import JavaScript
 from tests.emit.languages.reference import calls, states_at
 from tests.systems.shipped import APART, SCENES, SLICE, derived
 
-DRIVERS = {driver.language: driver for driver in (JavaScript(),)}
+DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran())}
 
 #: Largest error of a result, relative to the sum of the magnitudes that it is made of.
 TOLERANCE = 1e-13
@@ -26,20 +28,19 @@ SCRIPTS = ("kepler", "driven_spring", "chaplygin_sleigh", "four_bar_linkage", "h
 every_language = pytest.mark.parametrize("driver", DRIVERS.values(), ids=DRIVERS)
 
 
-def held_by(driver, names):
-    """Scenes among these that a driver's language holds, and whose routines it has."""
-    held = [name for name in names if not refused(name)]
-    return [name for name in held if driver.solves or not _solves(name)]
+def held_by(driver, equations):
+    """Those equations that a driver's language holds, and whose routines it has."""
+    held = [e for e in equations if not refused(e.system)]
+    return [e for e in held if driver.solves or not _solves(e)]
 
 
-def _solves(name):
-    functions = interface_of(derived(name), "", frozenset()).functions
+def _solves(equations):
+    functions = interface_of(equations, "", frozenset()).functions
     return any(isinstance(step, Solve) for function, _ in functions for step in function.body)
 
 
-def refused(name):
+def refused(system):
     """Tell whether languages beside C and Python refuse a scene."""
-    system = derived(name).system
     return bool(system.contacts) or any(u.recording is not None for u in system.inputs)
 
 
@@ -61,15 +62,33 @@ def in_parts(chosen, number):
 @pytest.mark.parametrize("names", in_parts(SLICE, 25))
 def test_functions_agree_with_the_equations(driver, names, tmp_path):
     driver.require()
-    held = held_by(driver, names)
-    modules = [driver.emitted(derived(name), tmp_path / name) for name in held]
-    expected = [calls(derived(name)) for name in held]
+    _agree(driver, [derived(name) for name in names], tmp_path)
+
+
+@pytest.mark.slow
+@every_language
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param([name for name in CASES if name not in MORE], id="few"),
+        pytest.param(MORE, id="more", marks=pytest.mark.campaign),
+    ],
+)
+def test_functions_of_other_systems_agree_with_the_equations(driver, names, tmp_path):
+    driver.require()
+    _agree(driver, [built(name) for name in names], tmp_path)
+
+
+def _agree(driver, equations, folder):
+    held = held_by(driver, equations)
+    modules = [driver.emitted(e, folder / e.presentation.name) for e in held]
+    expected = [calls(e) for e in held]
     for module, rows in zip(modules, expected, strict=True):
-        assert {call.function for call in rows} == set(module.functions), module.interface.name
-    results = driver.results(tmp_path, modules, expected)
+        assert {call.function for call in rows} == set(module.functions), module.folder.name
+    results = driver.results(folder, modules, expected)
     wrong = [
-        f"{name}: {problem}"
-        for name, rows, found in zip(held, expected, results, strict=True)
+        f"{module.folder.name}: {problem}"
+        for module, rows, found in zip(modules, expected, results, strict=True)
         for call, values in zip(rows, found, strict=True)
         if (problem := call.wrong(values, TOLERANCE))
     ]
@@ -81,8 +100,8 @@ def test_functions_agree_with_the_equations(driver, names, tmp_path):
 @pytest.mark.parametrize("names", in_parts(SCRIPTS, 25))
 def test_scripts_agree_with_the_simulation(driver, names, tmp_path):
     driver.require()
-    for name in held_by(driver, names):
-        equations = derived(name)
+    for equations in held_by(driver, map(derived, names)):
+        name = equations.presentation.name
         module = driver.emitted(equations, tmp_path / name)
         start, end = module.interface.start, module.interface.until
         until = start + (end - start) * SPAN

@@ -1,0 +1,322 @@
+"""Fortran 2018: a module of pure subroutines, which need nothing but the language.
+
+Subroutines fill ``out`` and set ``status``: 0, or 1 where a matrix is singular and 2 where a result
+is not finite. Arrays count from 1. Capitals do not tell names apart, of which all are declared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import prod
+from textwrap import wrap
+from typing import TYPE_CHECKING, ClassVar
+
+from lagrange_cli.emit.languages.interface import Interface, interface_of, is_input
+from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language
+from lagrange_cli.emit.naming import comment_text, file_stem
+from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
+from lagrange_cli.program.lowered.functions import (
+    RESULTS,
+    Function,
+    Let,
+    LocalArray,
+    Solve,
+    Step,
+    Total,
+    loop_depth,
+    names_read,
+    operands_in,
+    steps_in,
+)
+from lagrange_cli.program.printing import double_literal, functions_in
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+_WORDS = f"""
+{" ".join(PROGRAM_FUNCTIONS)} all merge ieee_is_finite ieee_is_nan real64 wp real integer type
+sign_of smaller larger power parameters integrate initial
+t y u p p_values out status i j k l given matrix vector columns scales band multipliers work w
+allocate associate backspace block call case class close contains cycle data deallocate do else
+elseif elsewhere end enddo endfile endif entry error exit external flush forall format function go
+goto if implicit import in inquire interface intent intrinsic kind module namelist none nullify only
+open optional parameter pause pointer print private procedure program public pure read result return
+rewind save select sequence stop subroutine target then to type use wait where while write
+character complex double logical precision
+"""
+
+#: Functions that Fortran has under another name.
+_OTHERS = {"sign": "sign_of", "min": "smaller", "max": "larger", "pow": "power"}
+
+#: Numbers of an array from which on it is allocated instead of standing on the stack.
+_LARGE = 4096
+
+#: Columns of a line that Fortran reads.
+_COLUMNS = 132
+
+#: Letters of a name, of which the main program adds five.
+_LONGEST = 58
+
+
+class Fortran(Language):
+    """Fortran, as the standard of 2018 has it."""
+
+    functions: ClassVar = {name: name for name in PROGRAM_FUNCTIONS} | _OTHERS
+    reserved: ClassVar = frozenset(_WORDS.split())
+    comment = "! "
+    first = 1
+    tab = "  "
+    named = "uqv"
+    continued = " &"
+
+    def __init__(self, interface: Interface) -> None:
+        super().__init__(interface)
+        fields = {f"p{k}": f"p%{p.identifier}" for k, p in enumerate(interface.parameters)}
+        self.dialect = replace(self.dialect, names={**self.dialect.names, **fields})
+        self._scalar = False
+
+    def number(self, value: Coefficient) -> str:
+        return f"{double_literal(value)}_wp"
+
+    def function_lines(self, function: Function, documentation: str) -> list[str]:
+        self._scalar = not function.shape
+        lines = super().function_lines(function, documentation)
+        return [f"{self.tab}{line}" for line in lines]
+
+    def head(self, function: Function, documentation: str) -> list[str]:
+        driven = ", u" if is_driven(function) else ""
+        out = "out" if not function.shape else f"out({prod(function.shape)})"
+        return [
+            f"!> {documentation}",
+            f"pure subroutine {function.name}(t, y{driven}, p, out, status)",
+            *(f"{self.tab}{line}" for line in self._arguments(function, out)),
+            *(f"{self.tab}{line}" for line in self._declared(function)),
+            f"{self.tab}status = 0",
+            *([] if prod(function.shape) else [f"{self.tab}out = 0.0_wp"]),
+        ]
+
+    def _arguments(self, function: Function, out: str) -> Iterator[str]:
+        yield f"real(wp), intent(in) :: t, y({2 * function.coordinates})"
+        if is_driven(function):
+            yield f"real(wp), intent(in) :: u({function.driven})"
+        yield "type(parameters), intent(in) :: p"
+        yield f"real(wp), intent(out) :: {out}"
+        yield "integer, intent(out) :: status"
+
+    def _declared(self, function: Function) -> Iterator[str]:
+        """Declare what a function names, and mark the arguments that it does not read."""
+        body, read = function.body, names_read(function.body)
+        names = [name for name in self.interface.names if name[0] != "p" and name in read]
+        local = {self.interface.names[name]: None for name in names}
+        local |= {step.name: None for step in steps_in(body) if isinstance(step, Let)}
+        if local:
+            yield from self.broken(f"real(wp) :: {', '.join(local)}")
+        for array, size in self._arrays(function).items():
+            yield (
+                f"real(wp), allocatable :: {array}(:)"
+                if size > _LARGE
+                else (f"real(wp) :: {array}({size})")
+            )
+        totals = any(isinstance(step, Total) for step in steps_in(body))
+        counters = COUNTERS[: max(loop_depth(_without_check(function)), int(totals))]
+        if counters:
+            yield f"integer :: {', '.join(counters)}"
+        used = read | {ARRAYS[name[0]] for name in read if is_input(name)}
+        unused = [name for name in ("t", "y", "p") if name not in used]
+        unused += ["u"] if is_driven(function) and "u" not in used else []
+        if unused:
+            yield f"associate ({', '.join(f'unused_{name} => {name}' for name in unused)})"
+            yield "end associate"
+
+    def _arrays(self, function: Function) -> dict[str, int]:
+        """Return the sizes of local arrays; those of one name share the largest."""
+        sizes: dict[str, int] = {}
+        for step in steps_in(function.body):
+            if isinstance(step, LocalArray):
+                sizes[step.name] = max(sizes.get(step.name, 0), prod(step.shape))
+        if "p" in names_read(function.body):
+            sizes["p_values"] = function.parameters
+        return sizes
+
+    def inputs_of(self, function: Function) -> list[str]:
+        large = [name for name, size in self._arrays(function).items() if size > _LARGE]
+        lines = [f"allocate ({name}({self._arrays(function)[name]}))" for name in large]
+        if "p" in names_read(function.body):
+            fields = ", ".join(f"p%{p.identifier}" for p in self.interface.parameters)
+            lines += self.broken(f"p_values = [{fields}]")
+        return [*lines, *super().inputs_of(function)]
+
+    def foot(self, function: Function) -> list[str]:
+        return [f"end subroutine {function.name}"]
+
+    def let(self, name: str, text: str) -> str:
+        return f"{name} = {text}"
+
+    def store(self, target: str, text: str) -> str:
+        return f"{target} = {text}"
+
+    def loop(self, counter: str, count: str) -> tuple[str, str]:
+        last = str(int(count) - 1) if count.isdigit() else f"{count} - 1"
+        return f"do {counter} = 0, {last}", "end do"
+
+    def array(self, name: str, size: int) -> list[str]:
+        return []
+
+    def require(self, test: str) -> list[str]:
+        lines = [f"if (.not. ({test})) then", f"{self.tab}status = 1", f"{self.tab}return"]
+        return [*(part for line in lines for part in self.broken(line)), "end if"]
+
+    def finite(self, count: int) -> list[str]:
+        finite = "ieee_is_finite(out)" if self._scalar else "all(ieee_is_finite(out))"
+        return [f"if (.not. {finite}) status = 2"]
+
+    def solve(self, step: Solve) -> list[str]:
+        first = [self.element_text(a.name, str(a.index.base + 1)) for a in step.arrays]
+        arguments = ", ".join([*map(str, step.sizes), *first])
+        return [f"call solve_{step.routine}({arguments}, status)", "if (status /= 0) return"]
+
+    def scope(self) -> None:
+        return None
+
+    def counted(self, index: str) -> str:
+        return f"real({index}, wp)"
+
+    def element_text(self, name: str, index: str) -> str:
+        if name == RESULTS and self._scalar:
+            return name
+        return f"{'p_values' if name == 'p' else name}({index})"
+
+
+def is_driven(function: Function) -> bool:
+    """Tell whether a function is handed inputs."""
+    return bool(function.driven) and function.name != "inputs"
+
+
+def _without_check(function: Function) -> tuple[Step, ...]:
+    """The statements before the check of the results, which needs no loop here."""
+    return function.body[:-1] if prod(function.shape) else function.body
+
+
+def _quoted(text: str) -> str:
+    return "'" + comment_text(text).replace("'", "''") + "'"
+
+
+def _split(line: str) -> Iterator[str]:
+    """Yield the lines of a statement of which a word would not fit in a line."""
+    while len(line) > _COLUMNS and not line.lstrip().startswith("!"):
+        yield line[: _COLUMNS - 1] + "&"
+        line = "&" + line[_COLUMNS - 1 :]
+    yield line
+
+
+def _parameters(language: Fortran) -> Iterator[str]:
+    yield "!> Parameters, with their values in the scene."
+    yield "type :: parameters"
+    for p in language.interface.parameters:
+        value = "" if p.value is None else f" = {p.value!r}_wp"
+        yield from (f"  {line}" for line in language.commented([p.note]))
+        yield f"  real(wp) :: {p.identifier}{value}"
+    yield "end type parameters"
+
+
+def _constants(language: Fortran) -> Iterator[str]:
+    """Yield the type of the parameters, the initial state and the tables of indices."""
+    yield "integer, parameter :: wp = real64"
+    yield ""
+    yield from _parameters(language)
+    initial = language.interface.initial
+    if initial is not None:
+        values = ", ".join(f"{x!r}_wp" for x in initial)
+        yield ""
+        yield "!> Initial state."
+        yield from language.broken(f"real(wp), parameter :: initial({len(initial)}) = [{values}]")
+    for name, table in language.tables.items():
+        values = ", ".join(map(str, table))
+        yield from language.broken(f"integer, parameter :: {name}({len(table)}) = [{values}]")
+
+
+def _helpers(interface: Interface) -> Iterator[str]:
+    """Yield the functions that Fortran has not, of those that are called."""
+    called = functions_in(x for f, _ in interface.functions for x in operands_in(f.body))
+    names = {_OTHERS.get(name) for name in called}
+    for text in template("fortran", "functions.f90").split("\n\n"):
+        if text.split()[-1] in names:
+            yield text.rstrip("\n")
+
+
+def _module(language: Fortran) -> str:
+    interface = language.interface
+    functions = ["\n".join(language.function_lines(*pair)) for pair in interface.functions]
+    names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
+    names += [] if interface.initial is None else ["initial"]
+    size = 2 * len(interface.coordinates)
+    driven = ["call inputs(s, y + at(stage)*h*slope, p, u, status)", "if (status /= 0) return"]
+    integrate = {
+        "@STATES@": str(size),
+        "@INPUTS@": f", u({len(interface.inputs)})" if interface.inputs else "",
+        "@DRIVEN@": "".join(f"        {x}\n" for x in driven if interface.inputs),
+        "@GIVEN@": "u, " if interface.inputs else "",
+    }
+    parts = [
+        "\n".join(language.commented(interface.heading)),
+        f"module {interface.name}\n"
+        "  use, intrinsic :: iso_fortran_env, only: real64\n"
+        "  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan\n"
+        "  implicit none\n  private\n"
+        + "\n".join(f"  {x}" for x in language.broken(f"public :: {', '.join(names)}")),
+        "\n".join(f"  {line}".rstrip() for line in _constants(language)),
+        "contains",
+        *functions,
+        filled(template("fortran", "integrate.f90"), integrate).rstrip("\n"),
+        *_helpers(interface),
+        f"end module {interface.name}\n",
+    ]
+    return "\n\n".join(parts)
+
+
+def _main(interface: Interface) -> str:
+    """Return the program that integrates and prints a table."""
+    names = [*interface.state, *(p.name for p in interface.parameters), "until", "steps"]
+    states = len(interface.state)
+    values = [*(interface.initial or [None] * states), *(p.value for p in interface.parameters)]
+    values += [interface.until, float(interface.steps)]
+    width = max(map(len, map(comment_text, names)))
+    fields = ", ".join(f"values({states + 1 + k})" for k, _ in enumerate(interface.parameters))
+    lists = {
+        "@VALUES@": [f"{x or 0.0!r}_wp" for x in values],
+        "@KNOWN@": [f".{x is not None}.".lower() for x in values],
+    }
+    replacements = {
+        "@NAME@": interface.name,
+        "@STATES@": str(states),
+        "@ROWS@": str(interface.rows),
+        "@TOTAL@": str(len(names)),
+        "@START@": f"{interface.start!r}_wp",
+        "@PARAMETERS@": f"p = parameters({fields})",
+        "@NAMES@": f"[character(len={width}) :: " + ", &\n    ".join(map(_quoted, names)) + "]",
+        **{
+            token: "[" + " &\n    ".join(wrap(", ".join(texts), 90)) + "]"
+            for token, texts in lists.items()
+        },
+    }
+    return filled(template("fortran", "main.f90"), replacements)
+
+
+def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+    """``NAME.f90``; option: ``main``.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in Fortran.
+    InputError
+        A constant is outside the range of a double, or the scene has contacts or recordings.
+    """
+    interface = interface_of(
+        equations, "fortran", Fortran.reserved, caseless=True, longest=_LONGEST
+    )
+    text = _module(Fortran(interface)) + (f"\n{_main(interface)}" if options["main"] else "")
+    lines = [part for line in text.split("\n") for part in _split(line)]
+    return {f"{file_stem(equations.presentation.name)}.f90": "\n".join(lines)}

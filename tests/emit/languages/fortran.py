@@ -1,0 +1,128 @@
+"""Fortran as gfortran compiles it, where every warning is an error."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from lagrange_cli.emit.languages.fortran import is_driven
+from tests.emit.languages.drivers import Driver, executed
+
+COMPILE = ["gfortran", "-std=f2018", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+
+_PROGRAM = """\
+program calls
+  use, intrinsic :: iso_fortran_env, only: real64, iostat_end
+  implicit none
+  integer :: scene, number, status
+  character(len=100000) :: line
+  do
+    read (*, '(a)', iostat=status) line
+    if (status == iostat_end) exit
+    read (line, *) scene, number
+    select case (scene)
+@CASES@
+    end select
+  end do
+contains
+@SCENES@
+  subroutine show(out, status)
+    real(real64), intent(in) :: out(:)
+    integer, intent(in) :: status
+    if (status /= 0) then
+      print '(*(a, :, " "))', spread('nan', 1, size(out))
+    else
+      print '(*(g0, :, " "))', out
+    end if
+  end subroutine show
+end program calls
+"""
+
+_SCENE = """\
+  subroutine scene@K@(line, number)
+    @USED@
+    character(len=*), intent(in) :: line
+    integer, intent(in) :: number
+    type(parameters) :: p
+    real(real64) :: t, y(@STATES@), numbers(@PARAMETERS@), u(@INPUTS@), out(@LARGEST@)
+    integer :: ignored(2), status
+    read (line, *) ignored, t, y, numbers, u
+    p = parameters(@VALUES@)
+    select case (number)
+@CALLS@
+    end select
+  end subroutine scene@K@
+"""
+
+
+class Fortran(Driver):
+    language = "fortran"
+    programs = ("gfortran",)
+    options: ClassVar = {"main": True}
+    solves = False
+
+    def emitted(self, equations, folder):
+        module = super().emitted(equations, folder)
+        (path,) = module.files
+        text = path.read_text(encoding="utf-8")
+        assert max(map(len, text.splitlines())) <= 132
+        (folder / "module.f90").write_text(text[: text.index("\n!> Integrates")])
+        return module
+
+    def build(self, folder, modules):
+        paths = [module.folder / "module.f90" for module in modules]
+        cases = [
+            f"    case ({k})\n      call scene{k}(line, number)" for k, _ in enumerate(modules)
+        ]
+        scenes = [_scene(k, module) for k, module in enumerate(modules)]
+        program = folder / "calls.f90"
+        text = _PROGRAM.replace("@CASES@", "\n".join(cases))
+        program.write_text(text.replace("@SCENES@", "\n".join(scenes)))
+        words = [*COMPILE, "-O0", *paths, program, "-o", folder / "calls"]
+        executed(words, "", folder)
+        return [str(folder / "calls")]
+
+    def script(self, module):
+        program = module.folder / "main"
+        if not program.exists():
+            executed([*COMPILE, "-O1", *module.files, "-o", program], "", module.folder)
+        return [str(program)]
+
+
+def _scene(k, module):
+    interface = module.interface
+    count = len(interface.parameters)
+    sizes = {f.name: max(1, _size(f)) for f, _ in interface.functions}
+    calls = []
+    for number, (function, _) in enumerate(interface.functions):
+        u = "u, " if is_driven(function) else ""
+        out, shown = ("out(1)", "out(:1)") if not function.shape else ("out", "")
+        shown = shown or f"out(:{_size(function)})"
+        calls.append(f"    case ({number})")
+        calls.append(f"      call {function.name}(t, y, {u}p, {out}, status)")
+        calls.append(f"      call show({shown}, status)")
+    name = next(
+        line.split()[1] for line in (module.folder / "module.f90").read_text().splitlines()
+        if line.startswith("module ")
+    )  # fmt: skip
+    used = [f"use {name}, only: parameters", *module.functions]
+    replacements = {
+        "@K@": str(k),
+        "@USED@": ", &\n      ".join(used),
+        "@STATES@": str(2 * len(interface.coordinates)),
+        "@PARAMETERS@": str(count),
+        "@INPUTS@": str(len(interface.inputs)),
+        "@LARGEST@": str(max(sizes.values())),
+        "@VALUES@": ", &\n      ".join(f"numbers({i + 1})" for i in range(count)),
+        "@CALLS@": "\n".join(calls),
+    }
+    text = _SCENE
+    for token, value in replacements.items():
+        text = text.replace(token, value)
+    return text
+
+
+def _size(function):
+    size = 1
+    for length in function.shape:
+        size *= length
+    return size
