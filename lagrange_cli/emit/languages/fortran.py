@@ -6,14 +6,17 @@ is not finite. Arrays count from 1. Capitals do not tell names apart, of which a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from math import prod
-from textwrap import wrap
+from textwrap import indent, wrap
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import Interface, interface_of, is_input
-from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language
+from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language, local_arrays
+from lagrange_cli.emit.languages.routines import routine_texts
+from lagrange_cli.emit.languages.signatures import Argument, Signature
 from lagrange_cli.emit.naming import comment_text, file_stem
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
@@ -21,16 +24,14 @@ from lagrange_cli.program.lowered.functions import (
     RESULTS,
     Function,
     Let,
-    LocalArray,
     Solve,
     Step,
     Total,
     loop_depth,
     names_read,
-    operands_in,
     steps_in,
 )
-from lagrange_cli.program.printing import double_literal, functions_in
+from lagrange_cli.program.printing import double_literal
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 _WORDS = f"""
 {" ".join(PROGRAM_FUNCTIONS)} all merge ieee_is_finite ieee_is_nan real64 wp real integer type
 sign_of smaller larger power parameters integrate initial
-t y u p p_values out status i j k l given matrix vector columns scales band multipliers work w
+t y u p p_values found out status i j k l given matrix vector columns scales band multipliers work w
 allocate associate backspace block call case class close contains cycle data deallocate do else
 elseif elsewhere end enddo endfile endif entry error exit external flush forall format function go
 goto if implicit import in inquire interface intent intrinsic kind module namelist none nullify only
@@ -49,6 +50,18 @@ character complex double logical precision
 
 #: Functions that Fortran has under another name.
 _OTHERS = {"sign": "sign_of", "min": "smaller", "max": "larger", "pow": "power"}
+
+#: Kind of a number in a routine → how it is declared.
+_TYPES = {
+    "int": "integer :: ",
+    "real": "real(wp) :: ",
+    "bool": "logical :: ",
+    "reals": "real(wp) :: ",
+    "integers": "integer :: ",
+}
+
+#: Variable that takes the result of a routine.
+_RESULT = "found"
 
 #: Numbers of an array from which on it is allocated instead of standing on the stack.
 _LARGE = 4096
@@ -69,6 +82,18 @@ class Fortran(Language):
     first = 1
     tab = "  "
     named = "uqv"
+    words: ClassVar = {
+        "and": ".and.",
+        "or": ".or.",
+        "not": ".not. ",
+        "True": ".true.",
+        "False": ".false.",
+    }
+    whole: ClassVar = {"min": "min", "max": "max"}
+    augments = False
+    leaving = "exit"
+    otherwise = "else"
+    ended = "end if"
     continued = " &"
 
     def __init__(self, interface: Interface) -> None:
@@ -76,6 +101,7 @@ class Fortran(Language):
         fields = {f"p{k}": f"p%{p.identifier}" for k, p in enumerate(interface.parameters)}
         self.dialect = replace(self.dialect, names={**self.dialect.names, **fields})
         self._scalar = False
+        self._returns = False
 
     def number(self, value: Coefficient) -> str:
         return f"{double_literal(value)}_wp"
@@ -113,12 +139,13 @@ class Fortran(Language):
         local |= {step.name: None for step in steps_in(body) if isinstance(step, Let)}
         if local:
             yield from self.broken(f"real(wp) :: {', '.join(local)}")
-        for array, size in self._arrays(function).items():
-            yield (
-                f"real(wp), allocatable :: {array}(:)"
-                if size > _LARGE
-                else (f"real(wp) :: {array}({size})")
-            )
+        for array, size in local_arrays(function).items():
+            large = size > _LARGE
+            yield f"real(wp){', allocatable' * large} :: {array}({':' if large else size})"
+        if "p" in read:
+            yield f"real(wp) :: p_values({function.parameters})"
+        if any(isinstance(step, Solve) for step in steps_in(body)):
+            yield f"{_TYPES['bool']}{_RESULT}"
         totals = any(isinstance(step, Total) for step in steps_in(body))
         counters = COUNTERS[: max(loop_depth(_without_check(function)), int(totals))]
         if counters:
@@ -130,23 +157,12 @@ class Fortran(Language):
             yield f"associate ({', '.join(f'unused_{name} => {name}' for name in unused)})"
             yield "end associate"
 
-    def _arrays(self, function: Function) -> dict[str, int]:
-        """Return the sizes of local arrays; those of one name share the largest."""
-        sizes: dict[str, int] = {}
-        for step in steps_in(function.body):
-            if isinstance(step, LocalArray):
-                sizes[step.name] = max(sizes.get(step.name, 0), prod(step.shape))
-        if "p" in names_read(function.body):
-            sizes["p_values"] = function.parameters
-        return sizes
-
     def inputs_of(self, function: Function) -> list[str]:
-        large = [name for name, size in self._arrays(function).items() if size > _LARGE]
-        lines = [f"allocate ({name}({self._arrays(function)[name]}))" for name in large]
+        lines = super().inputs_of(function)
         if "p" in names_read(function.body):
             fields = ", ".join(f"p%{p.identifier}" for p in self.interface.parameters)
             lines += self.broken(f"p_values = [{fields}]")
-        return [*lines, *super().inputs_of(function)]
+        return lines
 
     def foot(self, function: Function) -> list[str]:
         return [f"end subroutine {function.name}"]
@@ -162,11 +178,11 @@ class Fortran(Language):
         return f"do {counter} = 0, {last}", "end do"
 
     def array(self, name: str, size: int) -> list[str]:
-        return []
+        return [f"allocate ({name}({size}))"] if size > _LARGE else []
 
     def require(self, test: str) -> list[str]:
-        lines = [f"if (.not. ({test})) then", f"{self.tab}status = 1", f"{self.tab}return"]
-        return [*(part for line in lines for part in self.broken(line)), "end if"]
+        begins = self.broken(f"if (.not. ({test})) then")
+        return [*begins, f"{self.tab}status = 1", f"{self.tab}return", self.ended]
 
     def finite(self, count: int) -> list[str]:
         finite = "ieee_is_finite(out)" if self._scalar else "all(ieee_is_finite(out))"
@@ -174,8 +190,8 @@ class Fortran(Language):
 
     def solve(self, step: Solve) -> list[str]:
         first = [self.element_text(a.name, str(a.index.base + 1)) for a in step.arrays]
-        arguments = ", ".join([*map(str, step.sizes), *first])
-        return [f"call solve_{step.routine}({arguments}, status)", "if (status /= 0) return"]
+        arguments = ", ".join([*map(str, step.sizes), *first, _RESULT])
+        return [*self.broken(f"call solve_{step.routine}({arguments})"), *self.require(_RESULT)]
 
     def scope(self) -> None:
         return None
@@ -187,6 +203,81 @@ class Fortran(Language):
         if name == RESULTS and self._scalar:
             return name
         return f"{'p_values' if name == 'p' else name}({index})"
+
+    # -- routines --------------------------------------------------------------------
+
+    def routine_head(self, routine: Signature) -> list[str]:
+        self._returns = routine.result != "none"
+        names = [*(a.name for a in routine.arguments)]
+        of_result = f"{_TYPES[routine.result]}{_RESULT}" if self._returns else ""
+        if _changes(routine):
+            declared = of_result.replace(" ::", ", intent(out) ::")
+            names += [_RESULT] if self._returns else []
+            begins = f"pure subroutine {routine.name}({', '.join(names)})"
+        else:
+            declared = of_result
+            begins = f"pure function {routine.name}({', '.join(names)}) result({_RESULT})"
+        locals_ = [f"{_TYPES[kind]}{name}" for name, kind in routine.names.items()]
+        if any(_changes(r) and r.result != "none" for r in routine.called) and (not self._returns):
+            locals_.append(f"{_TYPES['bool']}{_RESULT}")
+        lines = [declared, *map(_argument, routine.arguments), *locals_]
+        documentation = (f"!> {line}".rstrip() for line in routine.documentation)
+        return [*documentation, begins, *(f"{self.tab}{line}" for line in lines if line)]
+
+    def routine_foot(self, routine: Signature) -> list[str]:
+        return [f"end {'subroutine' if _changes(routine) else 'function'} {routine.name}"]
+
+    def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
+        return self.store(name, text)
+
+    def counting(
+        self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
+    ) -> tuple[str, str]:
+        last = str(int(stop) - 1) if stop.isdigit() else f"{stop} - 1"
+        if down:
+            return f"do {counter} = {last}, {start}, -1", "end do"
+        return f"do {counter} = {start}, {last}{'' if step == 1 else f', {step}'}", "end do"
+
+    def repeated(self, test: str) -> tuple[str, str]:
+        return f"do while ({test})", "end do"
+
+    def branch(self, test: str) -> str:
+        return f"if ({test}) then"
+
+    def other_branch(self, test: str) -> str:
+        return f"else if ({test}) then"
+
+    def returned(self, text: str | None) -> list[str]:
+        return ["return"] if text is None else [f"{_RESULT} = {text}", "return"]
+
+    def called(self, routine: Signature, arguments: Sequence[str]) -> tuple[list[str], str]:
+        if not _changes(routine):
+            return super().called(routine, arguments)
+        if routine.result == "none":
+            return [], f"call {routine.name}({', '.join(arguments)})"
+        return [f"call {routine.name}({', '.join([*arguments, _RESULT])})"], _RESULT
+
+    def called_alone(self, text: str) -> list[str]:
+        return [text]
+
+    def compared(self, left: str, operator: str, right: str, *, real: bool) -> str:
+        """Compare numbers; compilers warn of two real ones that are to be equal."""
+        if real and operator in ("==", "!="):
+            size = left if right == self.number(Fraction(0)) else f"{left} - ({right})"
+            equal = f"abs({size}) <= 0.0_wp"
+            return equal if operator == "==" else f".not. ({equal})"
+        return super().compared(left, "/=" if operator == "!=" else operator, right, real=real)
+
+
+def _changes(routine: Signature) -> bool:
+    """Tell whether a routine stores numbers of its arguments, which no pure function may."""
+    return any(argument.changed for argument in routine.arguments)
+
+
+def _argument(argument: Argument) -> str:
+    intent = "inout" if argument.changed else "in"
+    size = "(*)" if argument.kind in ("reals", "integers") else ""
+    return f"{_TYPES[argument.kind].replace(' ::', f', intent({intent}) ::')}{argument.name}{size}"
 
 
 def is_driven(function: Function) -> bool:
@@ -237,18 +328,17 @@ def _constants(language: Fortran) -> Iterator[str]:
         yield from language.broken(f"integer, parameter :: {name}({len(table)}) = [{values}]")
 
 
-def _helpers(interface: Interface) -> Iterator[str]:
-    """Yield the functions that Fortran has not, of those that are called."""
-    called = functions_in(x for f, _ in interface.functions for x in operands_in(f.body))
-    names = {_OTHERS.get(name) for name in called}
-    for text in template("fortran", "functions.f90").split("\n\n"):
-        if text.split()[-1] in names:
-            yield text.rstrip("\n")
+def _helpers(text: str) -> Iterator[str]:
+    """Yield the functions that Fortran has not, of those that a text calls."""
+    for helper in template("fortran", "functions.f90").split("\n\n"):
+        if f"{helper.split()[-1]}(" in text:
+            yield helper.rstrip("\n")
 
 
 def _module(language: Fortran) -> str:
     interface = language.interface
     functions = ["\n".join(language.function_lines(*pair)) for pair in interface.functions]
+    functions += [indent(text, language.tab) for text in routine_texts(language)]
     names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
     names += [] if interface.initial is None else ["initial"]
     size = 2 * len(interface.coordinates)
@@ -270,7 +360,7 @@ def _module(language: Fortran) -> str:
         "contains",
         *functions,
         filled(template("fortran", "integrate.f90"), integrate).rstrip("\n"),
-        *_helpers(interface),
+        *_helpers("".join(functions)),
         f"end module {interface.name}\n",
     ]
     return "\n\n".join(parts)

@@ -80,6 +80,8 @@ class Language(ABC):
         Text at the end of a line that goes on; None where lines may be broken anywhere.
     words
         Words of tests in routines → those of the language.
+    whole
+        Function of integers → its callee, where that of other numbers is another one.
     augments
         The language has ``x += 1``; else routines say ``x = x + 1``.
     leaving, otherwise, ended
@@ -101,6 +103,7 @@ class Language(ABC):
         "True": "true",
         "False": "false",
     }
+    whole: ClassVar[Mapping[str, str]] = {}
     augments = True
     leaving = "break;"
     otherwise = "} else {"
@@ -205,6 +208,10 @@ class Language(ABC):
     def augmented(self, target: str, operator: str, text: str) -> str:
         """Return the statement that changes a number."""
         return f"{target} {operator}= {text};"
+
+    def compared(self, left: str, operator: str, right: str, *, real: bool) -> str:
+        """Return a test of two numbers."""
+        return f"{left} {self.words.get(operator, operator)} {right}"
 
     def repeated(self, test: str) -> tuple[str, str]:
         """Return the lines around a loop as long as a test holds."""

@@ -221,9 +221,9 @@ class _Writer:
                 return word.join(self._at_least(binding + 1, v) for v in node.values), binding
             case ast.Compare(left=left, ops=[op], comparators=[right]):
                 real = "real" in (self.signature.kind(left), self.signature.kind(right))
-                sides = (self._at_least(_SUM, side, real=real) for side in (left, right))
+                before, after = (self._at_least(_SUM, x, real=real) for x in (left, right))
                 operator = _OPERATORS[type(op)]
-                return f" {words.get(operator, operator)} ".join(sides), _TEST
+                return self.language.compared(before, operator, after, real=real), _TEST
             case ast.Call(func=ast.Name(id=name), args=arguments):
                 return self._call(node, name, arguments), _ATOM
         raise refused(node, "unknown expression")
@@ -264,7 +264,10 @@ class _Writer:
     def _call(self, node: ast.Call, name: str, arguments: Sequence[ast.expr]) -> str:
         if name in NUMERIC:
             passed = ", ".join(map(self.text, arguments))
-            return f"{self.language.functions.get(name, name)}({passed})"
+            callee = self.language.functions.get(name, name)
+            if self.signature.kind(node) == "int":
+                callee = self.language.whole.get(name, callee)
+            return f"{callee}({passed})"
         before, text = self._called(node, name)
         if before:
             raise refused(node, "a call within an expression")

@@ -59,14 +59,14 @@ class Driver(ABC):
         Programs that it needs.
     options
         Options of the format, with which a script is written.
-    solves
-        False while its modules lack the routines that solve systems of equations.
+    has_solvers
+        Its modules solve every system of equations, whatever routines are translated.
     """
 
     language: ClassVar[str]
     programs: ClassVar[tuple[str, ...]] = ()
     options: ClassVar[dict[str, str | bool]] = {}
-    solves: ClassVar[bool] = True
+    has_solvers: ClassVar[bool] = False
 
     @abstractmethod
     def build(self, folder: Path, modules: list[Module]) -> list[str]:

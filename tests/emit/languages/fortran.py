@@ -58,7 +58,6 @@ class Fortran(Driver):
     language = "fortran"
     programs = ("gfortran",)
     options: ClassVar = {"main": True}
-    solves = False
 
     def emitted(self, equations, folder):
         module = super().emitted(equations, folder)

@@ -25,7 +25,6 @@ console.log(calls.map(([m, f, ...numbers]) => {
 class JavaScript(Driver):
     language = "javascript"
     programs = ("node",)
-    solves = False
 
     def build(self, folder, modules):
         lines = [
