@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 #: Most steps between two rows that an emitted program prints: a C int holds them.
 _MOST_STEPS = 1_000_000_000
 
-#: A start may be changed by this part of its scale, as it takes from rounding alone.
-START_TOLERANCE = 1e-9
-
 #: Angles are multiples of π over a number up to this one, if they are so to the last digit.
 _LARGEST_DENOMINATOR = 24
 

@@ -17,15 +17,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
-#: Residuals of closures of as many units in the last place are left alone.
-RESIDUAL_AT_REST = 1.0
-
-#: Larger ones are not taken for rounding, however slowly they shrink.
-RESIDUAL_ROUNDING = 1024.0
-
-#: Steps of Newton's method onto the closures before giving up.
-NEWTON_STEPS = 50
-
 #: Steps of the search for pushes, times one more than there are contacts.
 COMPLEMENTARITY_STEPS = 64
 

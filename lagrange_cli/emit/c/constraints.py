@@ -22,13 +22,15 @@ from lagrange_cli.emit.c.target import CNames, CTarget
 from lagrange_cli.emit.shared_code import (
     COMPLEMENTARITY_STEPS,
     IMPACT_TOLERANCES,
-    NEWTON_STEPS,
     RATE_TOLERANCE,
-    RESIDUAL_AT_REST,
-    RESIDUAL_ROUNDING,
 )
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import DERIVATIVES, INTERNAL_FUNCTIONS
+from lagrange_cli.program.lowered.routines.projection import (
+    NEWTON_STEPS,
+    RESIDUAL_AT_REST,
+    RESIDUAL_ROUNDING,
+)
 from lagrange_cli.program.lowered.workspace import given_size, program_workspace_size
 from lagrange_cli.program.program import Program, result_count
 

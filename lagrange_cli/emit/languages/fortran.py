@@ -190,7 +190,8 @@ class Fortran(Language):
 
     def solve(self, step: Solve) -> list[str]:
         first = [self.element_text(a.name, str(a.index.base + 1)) for a in step.arrays]
-        arguments = ", ".join([*map(str, step.sizes), *first, _RESULT])
+        sizes_and_tables = [*map(str, step.sizes), *map(self.table, step.tables)]
+        arguments = ", ".join([*sizes_and_tables, *first, _RESULT])
         return [*self.broken(f"call solve_{step.routine}({arguments})"), *self.require(_RESULT)]
 
     def scope(self) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import rates_note, steps_per_row
+from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
 from lagrange_cli.emit.languages.signatures import routines_called
 from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
 from lagrange_cli.emit.shared_code import recorded_inputs
@@ -42,6 +42,11 @@ _DOCUMENTATION = {
     "outputs": "Outputs, in the order of the heading.",
     "multipliers": "Multipliers, in the order of the closures.",
     "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
+    "position_error": "Residuals of closures of positions, then magnitudes of their terms.",
+    "position_reach": "Squares of the gradients of closures of positions.",
+    "position_change": "Change of q that leads to the closures, in the metric of the energy.",
+    "velocity_error": "Residuals of the rates of closures, then magnitudes of their terms.",
+    "velocity_change": "Change of v that leads to the closures, in the metric of the energy.",
 }
 
 #: Names of routines, which no identifier of a scene may be.
@@ -73,6 +78,30 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Projection:
+    """The functions by which a state is led back to its closures.
+
+    Attributes
+    ----------
+    functions
+        Functions that only the routines ``lead_positions`` and ``lead_velocities`` call, each with
+        its documentation.
+    positions, closures
+        Numbers of closures of positions, and of all closures.
+    residuals
+        Names of the results of ``constraints``.
+    driven
+        A function depends on inputs.
+    """
+
+    functions: tuple[tuple[Function, str], ...]
+    positions: int
+    closures: int
+    residuals: tuple[str, ...]
+    driven: bool
+
+
+@dataclass(frozen=True)
 class Interface:
     """Everything that a module of one scene holds, without a language.
 
@@ -88,6 +117,8 @@ class Interface:
         The functions, each with its documentation.
     names
         Name of an input of programs (``q0``, ``v0``, ``p0``, ``u0``) → its identifier.
+    projection
+        The closures that a state is led back to; None without any.
     initial
         Initial state; None where the scene has none.
     start, until
@@ -103,6 +134,7 @@ class Interface:
     inputs: tuple[Quantity, ...]
     functions: tuple[tuple[Function, str], ...]
     names: Mapping[str, str]
+    projection: Projection | None
     initial: tuple[float, ...] | None
     start: float
     until: float
@@ -144,7 +176,9 @@ def interface_of(
     functions = tuple(
         (lowered(program, name), _DOCUMENTATION[name]) for name, program in _programs(equations)
     )
-    taken = reserved | _local_names(functions) | _ROUTINES
+    projection = _projection(equations)
+    all_functions = functions if projection is None else (*functions, *projection.functions)
+    taken = reserved | _local_names(all_functions) | _ROUTINES
     system, defaults = equations.system, equations.system.simulate
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
     initial = system.initial
@@ -169,11 +203,30 @@ def interface_of(
         ),
         functions,
         names,
+        projection,
         None if initial is None else (*initial.positions, *initial.velocities),
         float(defaults.start),
         float(until),
         _ROWS,
         steps_per_row(equations, _ROWS, _STEPS_PER_ROW),
+    )
+
+
+def _projection(equations: Equations) -> Projection | None:
+    closures = equations.system.closures
+    if not closures:
+        return None
+    functions = tuple(
+        (lowered(program, name), _DOCUMENTATION[name])
+        for name, program in constraint_programs(equations).items()
+        if name in INTERNAL_FUNCTIONS
+    )
+    return Projection(
+        functions,
+        sum(closure.kind == "position" for closure in closures),
+        len(closures),
+        tuple(residual_labels(equations)),
+        any(function.driven for function, _ in functions),
     )
 
 

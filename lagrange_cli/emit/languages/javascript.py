@@ -9,12 +9,13 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.emit.languages.interface import Projection, interface_of
 from lagrange_cli.emit.languages.printer import Language
 from lagrange_cli.emit.languages.routines import routine_texts
 from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.lowered.functions import Function, Solve
 
@@ -26,7 +27,8 @@ arguments await break case catch class const continue debugger default delete do
 export extends false finally for function if implements import in instanceof interface let new null
 package private protected public return static super switch this throw true try typeof undefined var
 void while with yield NaN Infinity Math Number Float64Array Object Array console process globalThis
-t y p u out i j k l given matrix vector columns scales band multipliers work w
+t y p u out i j k l given project violation led change RESIDUALS
+matrix vector columns scales band multipliers work w
 COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL ROWS STEPS integrate main name async of
 get set
 """
@@ -44,9 +46,10 @@ class JavaScript(Language):
         size = 1
         for length in function.shape:
             size *= length
+        exported = "" if function.name in INTERNAL_FUNCTIONS else "export "
         return [
             f"/** {documentation} */",
-            f"export function {function.name}(t, y, p = DEFAULTS{driven}) {{",
+            f"{exported}function {function.name}(t, y, p = DEFAULTS{driven}) {{",
             f"{self.tab}const out = new Float64Array({size});",
         ]
 
@@ -73,13 +76,30 @@ class JavaScript(Language):
 
     def solve(self, step: Solve) -> list[str]:
         arrays = [f"{a.name}.subarray({a.index.base})" for a in step.arrays]
-        arguments = ", ".join([*map(str, step.sizes), *arrays])
+        arguments = ", ".join([*map(str, step.sizes), *map(self.table, step.tables), *arrays])
         return [f"if (!solve_{step.routine}({arguments})) return out.fill(NaN);"]
 
+    @property
+    def inputs_of_closures(self) -> str:
+        """The last argument of functions of closures, if any of them reads inputs."""
+        projection = self.interface.projection
+        return ", u" if projection is not None and projection.driven else ""
+
+    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
+        stored = f"{results}.set({function}(t, {y}, p{self.inputs_of_closures}));"
+        return [stored], f"{results}.every(Number.isFinite)"
+
     def routine_head(self, routine: Signature) -> list[str]:
-        arguments = ", ".join(argument.name for argument in routine.arguments)
+        names = {argument.name: argument.name for argument in routine.arguments}
+        if "closures" in names:
+            names["closures"] = f"t, p{self.inputs_of_closures}"
         documentation = (f" * {line}".rstrip() for line in routine.documentation)
-        return ["/**", *documentation, " */", f"function {routine.name}({arguments}) {{"]
+        return [
+            "/**",
+            *documentation,
+            " */",
+            f"function {routine.name}({', '.join(names.values())}) {{",
+        ]
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"{'const' if fixed else 'let'} {self.store(name, text)}"
@@ -107,9 +127,13 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     """
     interface = interface_of(equations, "javascript", JavaScript.reserved)
     language = JavaScript(interface)
+    projection = interface.projection
+    inner = () if projection is None else projection.functions
     functions = [
-        "\n".join(language.function_lines(function, text)) for function, text in interface.functions
+        "\n".join(language.function_lines(function, text))
+        for function, text in (*interface.functions, *inner)
     ]
+    projected = "" if projection is None else _projection(language, projection)
     constants = {
         "COORDINATES": [c.name for c in interface.coordinates],
         "PARAMETERS": [p.name for p in interface.parameters],
@@ -122,13 +146,43 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
         "STEPS": interface.steps,
     }
     stated = [f"export const {name} = {json.dumps(value)};" for name, value in constants.items()]
-    driven = "inputs(t, y, p)" if interface.inputs else ""
-    script = filled(template("javascript", "script.mjs"), {"@INPUTS@": driven})
+    script = filled(
+        template("javascript", "script.mjs"),
+        {
+            "@STEPPED@": "    y = project(s + h, y, p);\n" if projected else "",
+            "@BEGUN@": template("javascript", "begin.mjs") if projected else "",
+        },
+    )
+    tables = [
+        "\n".join(language.broken(f"const {name} = [{', '.join(map(str, table))}];"))
+        for name, table in language.tables.items()
+    ]
     parts = [
         "\n".join(language.commented(interface.heading)),
         "\n".join(stated),
+        *tables,
         *routine_texts(language),
         *functions,
+        *filter(None, [projected]),
         script,
     ]
     return {f"{file_stem(equations.presentation.name)}.mjs": "\n\n".join(parts)}
+
+
+def _projection(language: JavaScript, projection: Projection) -> str:
+    """Return ``project`` and the check of a start."""
+    m, positions = projection.closures, projection.positions
+    language.routines |= {"lead_velocities", "is_near"} | (
+        {"lead_positions"} if positions else set()
+    )
+    driven = language.inputs_of_closures
+    replacements = {
+        "@POSITIONS@": template("javascript", "positions.mjs") if positions else "",
+        "@M@": str(positions),
+        "@N@": str(len(language.interface.coordinates)),
+        "@CLOSURES@": str(m),
+        "@RESIDUALS@": json.dumps(projection.residuals),
+        "@U@": driven,
+        "@INPUTS@": f"{driven} = inputs(t, y, p)" if driven else "",
+    }
+    return filled(template("javascript", "project.mjs"), replacements)

@@ -233,6 +233,14 @@ class Language(ABC):
         """Return lines that call a routine, if it takes some, and the expression of its result."""
         return [], f"{routine.name}({', '.join(arguments)})"
 
+    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
+        """Return lines that store a function of closures, and the test that it has results.
+
+        The time, parameters and inputs are arguments of the routine: those of its argument of the
+        kind ``closures``.
+        """
+        return [], f"{function}(t, {y}, p, {results})"
+
     def called_alone(self, text: str) -> list[str]:
         """Return the lines of a call without a result."""
         return [f"{text};"]
@@ -312,8 +320,7 @@ class Language(ABC):
         if element.name == COUNTED:
             return self.counted(index)
         if element.table is not None:
-            table = table_name("at", element.table)
-            self.tables[table] = element.table
+            table = self.table(element.table)
             counter = self._affine(AffineIndex(self.first, (0,) * (self._level - 1) + (1,)))
             looked = self.element_text(table, counter)
             index = looked if index == "0" else f"{index}+{looked}"
@@ -323,6 +330,12 @@ class Language(ABC):
         elif self.first:
             index = f"{index}+{self.first}"
         return self.element_text(element.name, index)
+
+    def table(self, table: tuple[int, ...]) -> str:
+        """Return the name of a table of indices, which the module is to hold."""
+        name = table_name("at", table)
+        self.tables[name] = table
+        return name
 
     def _affine(self, index: AffineIndex) -> str:
         """base+step*counter+…, without what is zero."""

@@ -38,8 +38,25 @@ _OR, _AND, _TEST, _SUM, _PRODUCT, _ATOM = range(6)
 
 def routine_texts(language: Language) -> list[str]:
     """Return the routines that a language's functions call, those first that others call."""
-    routines = routines_called(sorted(language.routines))
-    return ["\n".join(_Writer(routine, language).lines()) for routine in routines]
+    return [routine_text(r, language) for r in routines_called(sorted(language.routines))]
+
+
+def routine_text(routine: Signature, language: Language) -> str:
+    """Return a routine in a language.
+
+    Raises
+    ------
+    InternalError
+        It is outside the part of Python that is translated.
+    """
+    return "\n".join(_Writer(routine, language).lines())
+
+
+def _positive(node: ast.expr) -> int:
+    match node:
+        case ast.Constant(value=int() as value) if value > 0:
+            return value
+    raise refused(node, "a step that is not stated")
 
 
 class _Writer:
@@ -99,6 +116,8 @@ class _Writer:
             case ast.Return(value=None):
                 return language.returned(None)
             case ast.Return(value=ast.expr() as value):
+                if self.signature.kind(value) != self.signature.result:
+                    raise refused(step, "a result of another kind")
                 return language.returned(self.text(value))
             case ast.Expr(value=ast.Call() as call):
                 before, text = self._value(call)
@@ -122,7 +141,7 @@ class _Writer:
         if not self.language.augments:
             whole = ast.BinOp(step.target, step.op, step.value)
             return self.language.store(target, self.text(whole))
-        operator = _OPERATORS[type(step.op)].strip()
+        operator = self._operator(step.op, step).strip()
         return self.language.augmented(target, operator, self._mixed(step.target, step.value))
 
     def _mixed(self, target: ast.expr, value: ast.expr) -> str:
@@ -147,7 +166,7 @@ class _Writer:
         if len(bounds.args) > 1:
             start, stop = self.text(bounds.args[0]), bounds.args[1]
         if len(bounds.args) > 2:
-            step_by = ast.literal_eval(bounds.args[2])
+            step_by = _positive(bounds.args[2])
         begins, ends = self.language.counting(
             counter, start, self.text(stop), step=step_by, down=down
         )
@@ -171,6 +190,8 @@ class _Writer:
         match node:
             case ast.Call(func=ast.Name(id=name)) if name not in NUMERIC:
                 return self._called(node, name)
+            case ast.Call(func=ast.Attribute(value=ast.Name(), attr=name), args=[y, results]):
+                return self.language.evaluated(name, self.text(y), self.text(results))
             case ast.UnaryOp(op=ast.Not(), operand=ast.Call() as call):
                 before, text = self._value(call)
                 return before, self.language.words["not"] + text
@@ -193,7 +214,7 @@ class _Writer:
         """Return an expression, in parentheses where it binds more loosely."""
         text, precedence = self._format(node)
         if real and self.signature.kind(node) == "int":
-            return self.language.counted(text)
+            return self.language.counted(text if precedence == _ATOM else f"({text})")
         return text if precedence >= binding else f"({text})"
 
     def _format(self, node: ast.expr) -> tuple[str, int]:
@@ -222,7 +243,7 @@ class _Writer:
             case ast.Compare(left=left, ops=[op], comparators=[right]):
                 real = "real" in (self.signature.kind(left), self.signature.kind(right))
                 before, after = (self._at_least(_SUM, x, real=real) for x in (left, right))
-                operator = _OPERATORS[type(op)]
+                operator = self._operator(op, node)
                 return self.language.compared(before, operator, after, real=real), _TEST
             case ast.Call(func=ast.Name(id=name), args=arguments):
                 return self._call(node, name, arguments), _ATOM
@@ -233,7 +254,12 @@ class _Writer:
         real = self.signature.kind(node) == "real"
         left = self._at_least(binding, node.left, real=real)
         right = self._at_least(binding + 1, node.right, real=real)
-        return f"{left}{_OPERATORS[type(node.op)]}{right}", binding
+        return f"{left}{self._operator(node.op, node)}{right}", binding
+
+    def _operator(self, operator: ast.AST, node: ast.AST) -> str:
+        if type(operator) not in _OPERATORS:
+            raise refused(node, "unknown operator")
+        return _OPERATORS[type(operator)]
 
     def _name(self, node: ast.Name, name: str) -> str:
         if any(name in scope for scope in self.scopes):

@@ -1,7 +1,7 @@
 """Routines as they are read from their Python: arguments, kinds of numbers, statements.
 
 A kind is ``int`` (never negative), ``real``, ``bool``, ``reals`` (an array), ``integers`` (a table
-of indices), or ``none`` for routines without a result.
+of indices), ``closures`` (functions of the scene), or ``none`` for routines without a result.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ _KINDS = {
     "bool": "bool",
     "Array": "reals",
     "Integers": "integers",
+    "Closures": "closures",
     "None": "none",
 }
 
@@ -170,6 +171,8 @@ def _changed(statements: tuple[ast.stmt, ...], constants: Mapping[str, Any]) -> 
         for node in ast.walk(statement):
             if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
                 yield ast.unparse(node.value)
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                yield ast.unparse(node.args[-1])
             elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
                 called = constants.get(node.func.id)
                 if inspect.isfunction(called):
@@ -214,7 +217,9 @@ class _Kinds:
             sides = {self.kind(node.left), self.kind(node.right)}
             return "int" if sides == {"int"} and not isinstance(node.op, ast.Div) else "real"
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            return self.kind(node.operand)
+            if self.kind(node.operand) != "real":
+                raise refused(node, "an integer that is negative")
+            return "real"
         if isinstance(node, ast.Compare | ast.BoolOp | ast.UnaryOp):
             return "bool"
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
@@ -223,7 +228,10 @@ class _Kinds:
 
     def _of_call(self, node: ast.Call, name: str) -> str:
         if name in ("max", "min"):
-            return self.kind(node.args[0])
+            kinds = {self.kind(argument) for argument in node.args}
+            if len(kinds) > 1:
+                raise refused(node, "numbers of two kinds")
+            return kinds.pop()
         if name in NUMERIC:
             return "real"
         called = self.constants.get(name)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import START_TOLERANCE
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.python.styles import ARRAYS, NUMBERS, Style, many_lines
 from lagrange_cli.emit.shared_code import (
@@ -18,13 +17,16 @@ from lagrange_cli.emit.shared_code import (
     LEAST_INERTIA,
     MOST_EVENTS_A_STEP,
     MOST_REBOUNDS,
-    NEWTON_STEPS,
     RATE_TOLERANCE,
-    RESIDUAL_AT_REST,
-    RESIDUAL_ROUNDING,
     UNEVEN_PIVOT,
 )
 from lagrange_cli.emit.template_files import filled, python_template
+from lagrange_cli.program.lowered.routines.projection import (
+    NEWTON_STEPS,
+    RESIDUAL_AT_REST,
+    RESIDUAL_ROUNDING,
+    START_TOLERANCE,
+)
 from lagrange_cli.program.program import Program, result_count
 
 if TYPE_CHECKING:

@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import START_TOLERANCE
 from lagrange_cli.emit.naming import (
     PYTHON_MODULES,
     PYTHON_RESERVED,
@@ -61,6 +60,7 @@ from lagrange_cli.program.emitted_functions import (
     contact_programs,
     derivative_programs,
 )
+from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 from lagrange_cli.program.program import Program, optional_outputs
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import MutableSequence, Sequence
 from typing import TypeAlias
 
@@ -16,6 +17,9 @@ EPSILON = 2.0**-53
 
 #: The smallest number that is held with all its digits.
 SMALLEST = 2.0**-1022
+
+#: The largest number.
+LARGEST = sys.float_info.max
 
 
 def power_of_two(x: float) -> float:

@@ -4,17 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from lagrange_cli.program.lowered.routines.bands import solve_banded, solve_sparse
 from lagrange_cli.program.lowered.routines.elimination import (
     solve_columns,
     solve_definite,
     solve_pivoted,
 )
+from lagrange_cli.program.lowered.routines.projection import (
+    is_near,
+    lead_positions,
+    lead_velocities,
+)
 from lagrange_cli.program.lowered.routines.saddle import solve_saddle
 
-#: Name → routine, which returns whether there is a solution.
+#: Name → routine, which returns whether there is a solution. Those of projections follow.
 ROUTINES: Mapping[str, Callable[..., bool]] = {
+    "banded": solve_banded,
     "columns": solve_columns,
     "definite": solve_definite,
     "pivoted": solve_pivoted,
     "saddle": solve_saddle,
+    "sparse": solve_sparse,
+    "lead_positions": lead_positions,
+    "lead_velocities": lead_velocities,
+    "is_near": is_near,
 }

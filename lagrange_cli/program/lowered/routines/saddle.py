@@ -6,15 +6,10 @@ from math import sqrt
 
 from lagrange_cli.program.lowered.routines.elimination import solve_pivoted
 from lagrange_cli.program.lowered.routines.numbers import EPSILON, Array, power_of_two
+from lagrange_cli.program.solvers.tolerances import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 
-#: Elimination that leaves less than this part of an inertia calls for refinement.
-UNEVEN_PIVOT = 2.0**-8
-
-#: An inertia below this part of the largest, with products of inertia, does so too.
-LEAST_INERTIA = 2.0**-100
-
-#: The largest inertia over gradient squared (a gradient may be as small as rounding leaves it).
-LARGEST_RATIO = 2.0**101
+#: The largest inertia over gradient squared, both as powers of two.
+LARGEST_RATIO = 2.0 ** (LARGEST_EXPONENT + 1)
 
 
 def solve_saddle(n: int, m: int, a: Array, b: Array, d: Array, copy: Array, defect: Array) -> bool:
