@@ -77,6 +77,9 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
         "--with": (None, "canonical", "jacobian,linearization"),
         "--style": ("numpy", "jax", "casadi"),
     },
+    "fmu": {
+        "--fmi": ("2", "3"),
+    },
     "tikz": {},
     "svg": {},
 }

@@ -45,7 +45,7 @@ PAGES = (
     README,
     *(f"docs/{name}.md" for name in ("tutorial", "lecturers", "engineers")),
     *(f"docs/{name}.md" for name in ("accuracy", "analysis", "mechanics", "path")),
-    *(f"docs/{name}.md" for name in ("command-line", "output", "scene-language")),
+    *(f"docs/{name}.md" for name in ("command-line", "fmi", "output", "scene-language")),
 )
 BLOCK = re.compile(r"(?:<!-- (?P<note>[^\n]*) -->\n)?```(?P<kind>\w+)\n(?P<body>.*?)```", re.DOTALL)
 PICTURE = re.compile(

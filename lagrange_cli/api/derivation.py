@@ -10,7 +10,7 @@ from lagrange_cli.api import analysis, motion, studies
 from lagrange_cli.api.derived import Derived
 from lagrange_cli.api.values import page_in
 from lagrange_cli.drawn import Reported
-from lagrange_cli.emit.base import OptionValue, completed
+from lagrange_cli.emit.base import OptionValue, Package, completed
 from lagrange_cli.report.document_options import HTML_OPTIONS
 from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.tables import json_text
@@ -154,7 +154,7 @@ class Derivation(Derived, Reported):
         return page_in(encoding, lambda plain: write(ascii=plain), ascii)
 
     def emit(self, to: str, **options: OptionValue) -> dict[str, str]:
-        """Return file name → text in a format of ``lagrange emit --list``.
+        """Return file name → text in a format of ``lagrange emit --list``; what an FMI unit holds.
 
         Raises
         ------
@@ -170,6 +170,25 @@ class Derivation(Derived, Reported):
         from lagrange_cli.api.emitters import emitter
 
         return emitter(to).emit(self.equations, options)
+
+    def package(self, to: str, **options: OptionValue) -> Package:
+        """Return the files of a format as bytes, those with compiled code too.
+
+        Raises
+        ------
+        InputError
+            There is no such format or option.
+
+        Examples
+        --------
+        >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+        >>> list(derivation.package("fmu", fmi="3").files)
+        ['pendulum.fmu']
+        """
+        from lagrange_cli.api.emitters import emitter
+
+        name = self.equations.presentation.name
+        return emitter(to).package(name, self.emit(to, **options))
 
     def show(self, *sections: str, **options: OptionValue) -> Shown:
         """Return parts of the derivation, which notebooks typeset.

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.base import Emitter, Option, OptionValue, unknown_choice
+from lagrange_cli.emit.base import Emitter, Option, OptionValue, Package, unknown_choice
 from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
 from lagrange_cli.report.document_options import DOCUMENTS
 
@@ -51,6 +51,18 @@ def _fortran(equations: Equations, options: Mapping[str, OptionValue]) -> dict[s
     from lagrange_cli.emit.languages.fortran import emit_fortran
 
     return emit_fortran(equations, options)
+
+
+def _fmu(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.fmu.module import emit_fmu
+
+    return emit_fmu(equations, options)
+
+
+def _packed_fmu(name: str, texts: Mapping[str, str]) -> Package:
+    from lagrange_cli.emit.fmu.module import pack_unit
+
+    return pack_unit(name, texts)
 
 
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -151,6 +163,17 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_fortran,
             options=(Option("main", "a program that integrates and prints CSV"),),
+        ),
+        Emitter(
+            name="fmu",
+            title="FMI unit: model exchange and co-simulation, with sources and a library",
+            extensions=(".fmu",),
+            single_file=False,
+            run=_fmu,
+            pack=_packed_fmu,
+            options=(
+                Option("fmi", "the version of the standard", choices=("2", "3"), default="2"),
+            ),
         ),
         Emitter(
             name="tikz",

@@ -7,7 +7,9 @@ The contract of a format:
 2. It returns file names (no folders) with their text, those of
    :meth:`Emitter.files`: ``NAME.EXT`` with ``NAME`` = ``equations.name``,
    changed if it is ``reserved``, and ``EXT`` one of ``extensions``. It
-   writes nothing itself.
+   writes nothing itself. A format with compiled code returns the texts that
+   its file holds, and ``pack`` makes this file of them: only there do bytes
+   depend on the machine and its tools.
 3. Text from a scene (titles, names, descriptions) is escaped for the format,
    so that nothing in a scene runs as code of that format.
 4. An expression that cannot be printed exactly is refused with
@@ -94,6 +96,22 @@ class Option:
 
 
 @dataclass(frozen=True, slots=True)
+class Package:
+    """Files of a format that holds more than text.
+
+    Attributes
+    ----------
+    files
+        File name → bytes.
+    remarks
+        What they lack for want of a tool on this machine.
+    """
+
+    files: Mapping[str, bytes]
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Emitter:
     """An output format.
 
@@ -106,7 +124,7 @@ class Emitter:
     extensions
         Those of the files it writes, in order, with the dot.
     single_file
-        True if it writes just one file, which can go to the terminal.
+        True if it writes just one file of text, which can go to the terminal.
     run
         Turns equations and complete options into file name → text.
     options
@@ -115,6 +133,9 @@ class Emitter:
         Names that its files cannot have, since they would hide others.
     shows_steps
         True if it writes the steps of equations that have them.
+    pack
+        Makes the one file of what ``run`` has written, by its name, if what ``run`` writes are
+        not the files themselves; None if they are.
     """
 
     name: str
@@ -125,6 +146,7 @@ class Emitter:
     options: tuple[Option, ...] = ()
     reserved: frozenset[str] = frozenset()
     shows_steps: bool = False
+    pack: Callable[[str, Mapping[str, str]], Package] | None = None
 
     def emit(
         self, equations: Equations, options: Mapping[str, OptionValue] | None = None
@@ -154,6 +176,13 @@ class Emitter:
         """Return the names of the files for a system of this name, in order."""
         stem = file_stem(name, self.reserved)
         return tuple(stem + extension for extension in self.extensions)
+
+    def package(self, name: str, texts: Mapping[str, str]) -> Package:
+        """Return the files of a system of this name, of the texts that :meth:`emit` returned."""
+        if self.pack is None:
+            return Package({file: text.encode() for file, text in texts.items()})
+        (file,) = self.files(name)
+        return self.pack(file, texts)
 
     def renamed(self, name: str) -> list[str]:
         """Return a remark if the files for a system of this name cannot have that name."""

@@ -1,7 +1,7 @@
 """Templates of emitted code: files with tokens like ``@NAME@``, read when first asked for.
 
-Each file below ``templates/c`` and ``templates/python`` is code of its language once its tokens
-have values, so that a compiler, or Python's parser, can read it; tests have them do so.
+Each file below ``templates`` is code of its language once its tokens have values, so that a
+compiler, or Python's parser, can read it; tests have them do so.
 """
 
 from __future__ import annotations
@@ -22,6 +22,11 @@ def template(language: str, name: str) -> str:
 def c_template(name: str) -> str:
     """Return the text of ``templates/c/NAME.c.in``."""
     return _text("c", f"{name}.c.in")
+
+
+def unit_template(name: str) -> str:
+    """Return the text of ``templates/fmu/NAME.c.in``."""
+    return _text("fmu", f"{name}.c.in")
 
 
 def python_template(name: str) -> str:

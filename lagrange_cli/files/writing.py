@@ -85,7 +85,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         raise cannot_write(f"'{path}'", error) from error
 
 
-def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> list[str]:
+def write_files(folder: str | os.PathLike[str], files: Mapping[str, str | bytes]) -> list[str]:
     """Write files into a folder, made where it is missing; return their paths.
 
     Either all files are complete or none of them is touched.
@@ -104,7 +104,7 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, str]) -> lis
         ) from None
     except OSError as error:
         raise cannot_write(f"into '{target}'", error) from error
-    paths = {os.path.join(target, name): text for name, text in files.items()}
+    paths = {os.path.join(target, name): content for name, content in files.items()}
     _write(paths)
     return list(paths)
 

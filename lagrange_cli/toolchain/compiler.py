@@ -182,12 +182,15 @@ def processor() -> str:
     return "\n".join([machine, *(line for line in lines if line.startswith(wanted))][:8])
 
 
-def _choices_of_options(compiler: Compiler, options: Sequence[str]) -> Sequence[tuple[str, ...]]:
+def _choices_of_options(
+    compiler: Compiler, options: Sequence[str], *, is_portable: bool
+) -> Sequence[tuple[str, ...]]:
     """List the options beside the common ones to try in turn: first those that give most speed."""
     portable = tuple(option for option in options if option not in _GCC_OPTIONS)
     is_other = compiler.name.startswith(_OTHER_COMPILERS)
     kinds = (portable,) if is_other else dict.fromkeys((tuple(options), portable))
-    return [(*tuned, *kind) for kind in kinds for tuned in PROCESSOR_OPTIONS]
+    processors = PROCESSOR_OPTIONS[-1:] if is_portable else PROCESSOR_OPTIONS
+    return [(*tuned, *kind) for kind in kinds for tuned in processors]
 
 
 class Compilation:
@@ -203,6 +206,8 @@ class Compilation:
         Further options of the compiler.
     kept_folder
         As in :meth:`Compiler.environment`.
+    is_portable
+        The object is for any processor of this machine's kind.
     """
 
     def __init__(
@@ -212,14 +217,16 @@ class Compilation:
         sources: Mapping[str, str],
         options: Sequence[str] = (),
         kept_folder: str | None = None,
+        *,
+        is_portable: bool = False,
     ) -> None:
         self._started = time.perf_counter()
         self._deadline = self._started + LONGEST_COMPILATION
         self._compiler, self._folder, self._kept_folder = compiler, folder, kept_folder
         self._files = [name for name in sources if name.endswith(".c")]
         for name, text in sources.items():
-            (folder / name).write_text(text, encoding="ascii")
-        self._choices = iter(_choices_of_options(compiler, options))
+            (folder / name).write_text(text, encoding="utf-8")
+        self._choices = iter(_choices_of_options(compiler, options, is_portable=is_portable))
         self._process = self._start(next(self._choices))
 
     def result(self, deadline: float = math.inf) -> bytes:

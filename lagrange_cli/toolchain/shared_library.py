@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cache import Cache, digest
+from lagrange_cli.cache import Cache, digest, open_cache
 from lagrange_cli.files import remove_abandoned_folders, temporary_folder
 from lagrange_cli.toolchain.compiler import (
     COMMON_OPTIONS,
@@ -108,6 +108,18 @@ def load_libraries(
     return [library for library in loaded if library is not None]
 
 
+def portable_object(compiler: Compiler, source: CSource) -> bytes:
+    """Compile a source for any processor of this machine's kind; nothing is kept.
+
+    Raises
+    ------
+    CompileError
+        It cannot be compiled.
+    """
+    with ExitStack() as stack:
+        return _start(stack, compiler, source, open_cache(), is_portable=True).result()
+
+
 def _key(compiler: Compiler, source: CSource) -> str:
     options = [
         *COMMON_OPTIONS,
@@ -166,11 +178,23 @@ def _begun(stack: ExitStack, key: str) -> Compilation | None:
     return compilation
 
 
-def _start(stack: ExitStack, compiler: Compiler, source: CSource, cache: Cache) -> Compilation:
+def _start(
+    stack: ExitStack,
+    compiler: Compiler,
+    source: CSource,
+    cache: Cache,
+    *,
+    is_portable: bool = False,
+) -> Compilation:
     folder = _folder(stack)
     try:
         compilation = Compilation(
-            compiler, folder, source.files, source.options, cache.compiler_folder
+            compiler,
+            folder,
+            source.files,
+            source.options,
+            cache.compiler_folder,
+            is_portable=is_portable,
         )
         stack.callback(compilation.stop)
         return compilation

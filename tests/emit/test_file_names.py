@@ -62,7 +62,8 @@ def test_code_compiles_where_its_folder_is_searched_first(name, tmp_path):
 @pytest.mark.parametrize("name", ["math", "swing", "class"])
 @pytest.mark.parametrize("to", EMITTERS)
 def test_names_are_those_that_are_announced(name, to):
-    files = loads(SCENE.format(name=name)).derive().emit(to)
+    derivation, format_ = loads(SCENE.format(name=name)).derive(), EMITTERS[to]
+    files = format_.package(name, derivation.emit(to)).files
     assert tuple(files) == EMITTERS[to].files(name)
     assert bool(EMITTERS[to].renamed(name)) == (name not in next(iter(files)).split("."))
 

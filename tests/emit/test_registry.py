@@ -56,7 +56,7 @@ def test_entries_are_consistent(name):
     assert entry.name == name
     assert entry.extensions
     assert all(extension.startswith(".") for extension in entry.extensions)
-    assert entry.single_file == (len(entry.extensions) == 1)
+    assert entry.single_file == (len(entry.extensions) == 1 and entry.pack is None)
     for option in entry.options:
         assert option.wrong(option.default) is None
         assert option.help

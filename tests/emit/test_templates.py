@@ -220,7 +220,9 @@ def test_python_reads_every_template_of_python(name: str) -> None:
     assert ast.parse(code).body
 
 
-@pytest.mark.parametrize(("folder", "suffix"), [("c", ".c.in"), ("python", ".py.in")])
+@pytest.mark.parametrize(
+    ("folder", "suffix"), [("c", ".c.in"), ("python", ".py.in"), ("fmu", ".c.in")]
+)
 def test_every_template_is_used(folder: str, suffix: str) -> None:
     """Each is named, in quotes, by a module."""
     modules = Path(lagrange_cli.__file__).parent.rglob("*.py")

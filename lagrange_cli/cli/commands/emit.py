@@ -117,6 +117,7 @@ def emit(
     if output is None:
         print_text("".join(answer["files"].values()))
         return
-    for path in write_files(output, answer["files"]):
+    package = format_.package(answer["name"], answer["files"])
+    for path in write_files(output, package.files):
         session.remark(f"wrote {path}")
-    session.tell((), format_.renamed(answer["name"]))
+    session.tell((), [*format_.renamed(answer["name"]), *package.remarks])
