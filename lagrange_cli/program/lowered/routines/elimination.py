@@ -46,8 +46,8 @@ def solve_definite(n: int, a: Array, b: Array, d: Array) -> bool:
             for k in range(i, n):
                 left = a[below + k] - f0 * a[r0 + k] - f1 * a[r1 + k]
                 a[below + k] = left - f2 * a[r2 + k] - f3 * a[r3 + k]
-            left = b[i] - f0 * b[first] - f1 * b[first + 1]
-            b[i] = left - f2 * b[first + 2] - f3 * b[first + 3]
+            value = b[i] - f0 * b[first] - f1 * b[first + 1]
+            b[i] = value - f2 * b[first + 2] - f3 * b[first + 3]
             a[below + first] = f0
             a[below + first + 1] = f1
             a[below + first + 2] = f2
@@ -112,19 +112,24 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
         d[i] = 1.0
     for _sweep in range(4):
         for i in range(s):
+            row = i * s
             size = 0.0
             for j in range(s):
-                entry = abs(a[i * s + j]) * d[j]
+                entry = abs(a[row + j]) * d[j]
                 if entry > size:
                     size = entry
             if size > 0.0:
                 d[i] *= 0.5 / power_of_two(sqrt(size * d[i]))
     for i in range(s):
+        row = i * s
+        right = i * c
         for j in range(s):
-            a[i * s + j] = a[i * s + j] * d[i] * d[j]
+            a[row + j] = a[row + j] * d[i] * d[j]
         for k in range(c):
-            b[i * c + k] *= d[i]
+            b[right + k] *= d[i]
     for j in range(s):
+        row = j * s
+        right = j * c
         best = j
         for i in range(j + 1, s):
             if abs(a[i * s + j]) > abs(a[best * s + j]):
@@ -133,28 +138,33 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
             return False
         if best != j:
             for k in range(j, s):
-                swap = a[j * s + k]
-                a[j * s + k] = a[best * s + k]
+                swap = a[row + k]
+                a[row + k] = a[best * s + k]
                 a[best * s + k] = swap
             for k in range(c):
-                swap = b[j * c + k]
-                b[j * c + k] = b[best * c + k]
+                swap = b[right + k]
+                b[right + k] = b[best * c + k]
                 b[best * c + k] = swap
         for i in range(j + 1, s):
-            ratio = a[i * s + j] / a[j * s + j]
+            below = i * s
+            beside = i * c
+            ratio = a[below + j] / a[row + j]
             if ratio != 0.0:
                 for k in range(j + 1, s):
-                    a[i * s + k] -= ratio * a[j * s + k]
+                    a[below + k] -= ratio * a[row + k]
                 for k in range(c):
-                    b[i * c + k] -= ratio * b[j * c + k]
+                    b[beside + k] -= ratio * b[right + k]
     for i in reversed(range(s)):
+        right = i * c
         for j in range(i + 1, s):
             factor = a[i * s + j]
+            known = j * c
             if factor != 0.0:
                 for k in range(c):
-                    b[i * c + k] -= factor * b[j * c + k]
+                    b[right + k] -= factor * b[known + k]
+        pivot = a[i * s + i]
         for k in range(c):
-            b[i * c + k] /= a[i * s + i]
+            b[right + k] /= pivot
     for i in range(n):
         for k in range(c):
             b[i * c + k] *= d[i]
