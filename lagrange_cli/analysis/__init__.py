@@ -9,4 +9,4 @@ parameter, ``symmetries`` has Noether's theorem, ``forms`` the equations of Hami
 Values that several rooms share are in :mod:`.values`.
 """
 
-__all__ = ["analyze", "phrases", "result", "small_oscillations", "values"]
+__all__ = ["analyze", "result", "small_oscillations", "values"]

@@ -31,11 +31,11 @@ from lagrange_cli.analysis.linear.linearize import (
 )
 from lagrange_cli.analysis.linear.modes import modes
 from lagrange_cli.analysis.linear.stability import stability, stability_of_parameters
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.result import Analysis, LeftOut
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.analysis.values import Equilibria, Equilibrium, Linearization, Mode, Stability
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from lagrange_cli.drawn import Reported
 from lagrange_cli.files import can_encode
 from lagrange_cli.notation.page import Page
 from lagrange_cli.report.document_options import ENDINGS, writer_of
+from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tables import json_text
@@ -34,6 +35,16 @@ class ReportForm:
             return _page(document.seen_by("terminal"), say, encoding)
         text: str = writer_of(self.format, "report")(document.seen_by("document"), say)
         return text
+
+
+def spoken(text: str, code: str) -> str:
+    """Return a phrase of a result in a language, as a terminal has it; other texts unchanged."""
+    if code == "en":
+        return text
+    from lagrange_cli.report.contents.numbers import phrased
+    from lagrange_cli.report.writers.terminal.letters import UnicodeLetters
+
+    return Lettering(UnicodeLetters(), language(code)).text(phrased(text))
 
 
 def _page(document: Document, say: Language, encoding: str) -> Page:

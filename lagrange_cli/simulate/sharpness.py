@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
@@ -75,9 +76,13 @@ def unseen_forces(
     part = round(problem.span / problem.longest_step)
     if model.driven:
         return (
-            f"of {' and '.join(model.driven)} steps see the values where they evaluate a Python"
-            f" function; what acts for less than a step, of up to 1/{part} of the time, they may"
-            " miss: simulate its neighbourhood separately",
+            Phrase(
+                "of {inputs} steps see the values where they evaluate a Python function; what acts"
+                " for less than a step, of up to 1/{part} of the time, they may miss: simulate its"
+                " neighbourhood separately",
+                inputs=" and ".join(model.driven),
+                part=f"{part}",
+            ),
         )
     watched = functions.native and not model.contacts
     if watched or not model.landmarks or len(states) < 2:
@@ -86,10 +91,15 @@ def unseen_forces(
     times, rows = decimated(problem.times, stride), states[::stride]
     if not _is_sharp(functions, problem, np.asarray(times[: len(rows)]), np.asarray(rows)):
         return ()
-    where = "beside contacts" if functions.native else "without compiled code"
+    near_contacts, uncompiled = Phrase("beside contacts"), Phrase("without compiled code")
     return (
-        f"exp, tanh, a quotient or a high power can act for less than a step, of up to 1/{part} of"
-        f" the time; {where} steps do not look for that: simulate its neighbourhood separately",
+        Phrase(
+            "exp, tanh, a quotient or a high power can act for less than a step, of up to 1/{part}"
+            " of the time; {where} steps do not look for that: simulate its neighbourhood"
+            " separately",
+            part=f"{part}",
+            where=near_contacts if functions.native else uncompiled,
+        ),
     )
 
 

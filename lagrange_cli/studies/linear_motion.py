@@ -18,6 +18,7 @@ from sympy import sign
 from lagrange_cli.analysis.result import AlongMotion
 from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.system.linearization import LinearFunctions
 
 if TYPE_CHECKING:
@@ -136,7 +137,11 @@ def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> 
         system = _along(equations, functions, motion, accuracy)
     if system.status != "ok" or system.estimated <= accuracy:
         return system
-    reason = f"the matrices are within {system.estimated:.2g}, not {accuracy:.2g}"
+    reason = Phrase(
+        "the matrices are within {estimated}, not {accuracy}",
+        estimated=f"{system.estimated:.2g}",
+        accuracy=f"{accuracy:.2g}",
+    )
     return replace(system, status="accuracy_not_reached", reason=reason)
 
 

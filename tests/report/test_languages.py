@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import pickle
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,14 +16,20 @@ import yaml
 
 import lagrange_cli.analysis
 import lagrange_cli.report
+import lagrange_cli.simulate
+import lagrange_cli.studies
 from lagrange_cli import load
 from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.analysis.result import Exponents
 from lagrange_cli.api.analyzed import Analyzed
 from lagrange_cli.api.formats import DERIVED, EMITTERS
+from lagrange_cli.cli.main import run
 from lagrange_cli.errors import InternalError
+from lagrange_cli.phrases import Phrase, with_part
 from lagrange_cli.report.contents.derivation.contents import derivation_text
+from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.phrases.language import LANGUAGES, language
+from lagrange_cli.report.registry import json_of
 from tests.parts import changed
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
@@ -82,14 +89,20 @@ def said(call: ast.Call) -> list[ast.expr]:
 
 
 def kept(call: ast.Call) -> list[ast.expr]:
-    """The patterns of phrases that an analysis keeps, which formats say later."""
-    return call.args[:1] if getattr(call.func, "id", "") == "Phrase" else []
+    """The patterns of phrases that results keep, which formats say later."""
+    return call.args[:1] if getattr(call.func, "id", "") in ("Phrase", "pattern") else []
 
 
 @cache
 def spoken() -> frozenset[str]:
-    """All phrases of the rooms of formats and of analyses; steps of JSON say expressions."""
-    rooms = [Path(room.__file__).parent for room in (lagrange_cli.report, lagrange_cli.analysis)]
+    """All phrases of the rooms of formats and of results; steps of JSON say expressions."""
+    rooms = [
+        Path(room.__file__).parent
+        for room in (
+            *(lagrange_cli.report, lagrange_cli.analysis),
+            *(lagrange_cli.simulate, lagrange_cli.studies),
+        )
+    ]
     modules = [p for r in rooms for p in r.rglob("*.py") if p.parent.name != "values"]
     return frozenset(phrase for path in modules for phrase in phrases(path))
 
@@ -284,3 +297,23 @@ def test_plain_text_has_no_accents(code):
     text = derivation_text(silent("pendulums/pendulum", None), ascii=True, language=code)
     assert text.isascii()
     assert {"de": "groesste", "fr": "ecart"}[code] in text
+
+
+def test_reasons_of_motions_are_said_in_every_language(capsys):
+    scene = SYSTEMS / "contact" / "bouncing_ball.yaml"
+    motion = load(scene).derive().simulate(until=6.0, accuracy=1e-9)
+    said = {"en": "become infinitely many by", "de": "unendlich viele Sprünge", "fr": "les rebonds"}
+    for code, words_of_it in said.items():
+        assert words_of_it in str(ReportForm("markdown", code).written(motion))
+        command = ["simulate", str(scene), "--until", "6", "--language", code, "--format", "text"]
+        assert run(command) == 1
+        assert words_of_it in capsys.readouterr().err
+    assert pickle.loads(pickle.dumps(motion)).reason.parts["why"].parts["contact"] == "floor"
+    assert json_of(motion)["reason"].startswith("accuracy 1e-09 holds until t = ")
+
+
+def test_a_part_of_a_phrase_is_exchanged_wherever_it_stands():
+    inner = Phrase("at {t}", t="2.5")
+    text = Phrase("{why}, until {t}, not {other}", why=inner, t="2.5", other="12.5")
+    assert with_part(text, "2.5", "2") == "at 2, until 2, not 12.5"
+    assert with_part("until 2.5", "2.5", "2") == "until 2.5"

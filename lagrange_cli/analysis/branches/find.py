@@ -20,10 +20,10 @@ from lagrange_cli.analysis.branches.tracing import Tracing
 from lagrange_cli.analysis.branches.values import Branch, Branches, Locus, Stretch
 from lagrange_cli.analysis.equilibria.repeats import without_repeats
 from lagrange_cli.analysis.equilibria.search import search, usual_length
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import DIGITS
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.configuration import number_of
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.errors import nearest as nearest_name
 from lagrange_cli.mechanics.interpretation import interpret
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.language.families import read_expression
 

@@ -22,9 +22,9 @@ from lagrange_cli.analysis.branches.singular_points import Located, proven_point
 from lagrange_cli.analysis.branches.values import MarkedPoint, Stretch
 from lagrange_cli.analysis.linear.linearize import linear_system
 from lagrange_cli.analysis.linear.stability import stability
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import Stability
 from lagrange_cli.errors import InputError
+from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.parameter import Varied

@@ -19,7 +19,6 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.contacts.relations import Surface, TooLongError, reduced
 from lagrange_cli.analysis.contacts.zeros import Zero, collected, with_angle, zeros
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.free_symbols import is_unknown
@@ -27,6 +26,7 @@ from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.system import Closure
+from lagrange_cli.phrases import Phrase
 
 #: Coordinates of systems that are solved in symbols, and constraints that push at once.
 _MOST_COORDINATES, _MOST_PUSHING = 8, 3

@@ -13,12 +13,12 @@ import sympy as sp
 from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_system import parameter_values
 from lagrange_cli.analysis.equilibria.search import polished
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import DIGITS, Equilibria, Equilibrium, Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.errors import nearest as nearest_name
 from lagrange_cli.mechanics.interpretation import interpret
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.scene.language.families import read_expression
 
 if TYPE_CHECKING:

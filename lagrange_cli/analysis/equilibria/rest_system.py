@@ -16,7 +16,6 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions, exact_value
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import DIGITS, Mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
@@ -24,6 +23,7 @@ from lagrange_cli.mechanics.free_symbols import is_unknown, require_given
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Equilibrium

@@ -22,12 +22,12 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_system import has_derivatives
 from lagrange_cli.analysis.interval_values import around, ends
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, ExactMatrices, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem

@@ -23,8 +23,8 @@ from lagrange_cli.analysis.equilibria.parameter_relations import ParameterFacts
 from lagrange_cli.analysis.equilibria.rest_system import KINKED, kinks_at
 from lagrange_cli.analysis.linear.energy_test import EnergyTest, reduced_energy
 from lagrange_cli.analysis.linear.linearize import LinearSystem, exact_matrices, in_doubles
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf, Stability
+from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem

@@ -21,7 +21,6 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.analysis.symmetries.rigid_displacements import (
     Displacement,
@@ -39,6 +38,7 @@ from lagrange_cli.mechanics.free_symbols import is_unknown
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.phrases import Phrase
 
 _ZERO = sp.Integer(0)
 

@@ -13,10 +13,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 import sympy as sp
 
-from lagrange_cli.analysis.phrases import Phrase
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.phrases import Phrase
 
 #: States at which displacements are compared.
 _STATES = 12

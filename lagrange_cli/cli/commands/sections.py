@@ -12,6 +12,7 @@ from lagrange_cli.cli import options as shared
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.interrupts import noted_interrupts
 from lagrange_cli.cli.terminal.output import print_report
+from lagrange_cli.report.formats import spoken
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
@@ -81,10 +82,9 @@ def find_section(
     if asked.plot is not None:
         section.plot(asked.plot, asked.plot_of)
     for number, points in enumerate(section.members):
-        if points.reason and len(section.members) == 1:
-            session.remark(points.reason)
-        elif points.reason:
-            session.remark(f"member {number}: {points.reason}")
+        if points.reason:
+            member = f"member {number}: " if len(section.members) > 1 else ""
+            session.remark(member + spoken(points.reason, form.language))
     return code or section.exit_code
 
 

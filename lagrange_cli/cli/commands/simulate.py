@@ -24,6 +24,7 @@ from lagrange_cli.cli.terminal.interrupts import Interrupts, OverdueError, noted
 from lagrange_cli.cli.terminal.output import print_report
 from lagrange_cli.errors import AccuracyError, InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, sole_writer
+from lagrange_cli.report.formats import spoken
 from lagrange_cli.report.values.simulation import Simulated
 from lagrange_cli.stages import Listener, heard_by
 
@@ -249,7 +250,7 @@ def _simulate_one(
         if checkpoint is not None and trajectory.status != "stopped":
             checkpoint.remove()
     for remark in _remarks(trajectory, model, checkpoint):
-        session.remark(remark)
+        session.remark(spoken(remark, form.language))
     ended = trajectory.status == "stopped" and interrupt.asked
     return interrupt.exit_code if ended else trajectory.exit_code
 

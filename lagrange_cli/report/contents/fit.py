@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TypeGuard
 
-from lagrange_cli.report.contents.numbers import decimal, digits
+from lagrange_cli.report.contents.numbers import decimal, digits, phrased
 from lagrange_cli.report.inlines import Inline, Listed, Plain, Text, say, square, symbol
 from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tree import Column, Document, Labelled, Section, table_of
@@ -58,7 +58,7 @@ def _known(fit: Fit) -> tuple[tuple[Text, Text], ...]:
     """Return what else is known of a fit, and what is not."""
     rows: list[tuple[Text, Text]] = []
     if fit.reason:
-        rows.append((_ENDS[fit.status], Plain(fit.reason)))
+        rows.append((_ENDS[fit.status], phrased(fit.reason)))
     if fit.given_deviations:
         rows.append(
             (

@@ -1,10 +1,21 @@
-"""Numbers of results within sentences and tables, in the digits that they are to have."""
+"""Numbers of results, in the digits that they are to have, and their phrases."""
 
 from __future__ import annotations
 
 import math
 
-from lagrange_cli.report.inlines import Inline, Listed, Mark, Plain, Text
+from lagrange_cli.phrases import Part, Phrase
+from lagrange_cli.report.inlines import (
+    Inline,
+    Listed,
+    Mark,
+    Plain,
+    Sentence,
+    Text,
+    Written,
+    bold,
+    symbol,
+)
 
 
 def digits(text: str) -> Inline:
@@ -21,3 +32,17 @@ def decimal(value: float | None, form: str = ".9g") -> Text:
 def assigned(name: str, value: Text) -> Listed:
     """Return ``name = value`` for a name of the scene."""
     return Listed((Plain(name), " = ", value), between="")
+
+
+def phrased(text: str) -> Written:
+    """Return a phrase of a result with its symbols; other texts stay as they are."""
+    if not isinstance(text, Phrase):
+        return Plain(text)
+    return Sentence(text.english, tuple((k, _part(k, p)) for k, p in text.parts.items()))
+
+
+def _part(name: str, part: Part) -> Written:
+    if isinstance(part, str):
+        return phrased(part)
+    letters = map(bold if name == "matrix" else symbol, part)
+    return Listed(tuple(map(Inline, letters)))

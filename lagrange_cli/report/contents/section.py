@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from lagrange_cli.report.contents.numbers import assigned, decimal
+from lagrange_cli.report.contents.numbers import assigned, decimal, phrased
 from lagrange_cli.report.contents.simulate import drift_of
 from lagrange_cli.report.inlines import Count, Listed, Plain, Text, Typed, say
 from lagrange_cli.report.registry import contents_of, json_of
@@ -51,7 +51,9 @@ def section_document(report: FoundSection) -> Document:
         )
     else:
         known = Labelled(tuple(_known(section.members[0])))
-        written = sections(part("", *_points(report)), part("", known))
+        reason = section.members[0].reason
+        why = Labelled(((say("Reason"), phrased(reason)),), only="document") if reason else None
+        written = sections(part("", *_points(report)), part("", known, why))
     return Document(section.name, "points of a section", title, written)
 
 

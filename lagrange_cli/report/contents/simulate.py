@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import get_args
 
-from lagrange_cli.report.contents.numbers import assigned, decimal
+from lagrange_cli.report.contents.numbers import assigned, decimal, phrased
 from lagrange_cli.report.inlines import Inline, Listed, Plain, Text, Unit, say, symbol
 from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tree import (
@@ -99,8 +99,8 @@ def _ending(trajectory: Trajectory) -> Labelled | None:
 
     A terminal has it beside the report, as every other remark.
     """
-    reasons = [(say("Reason"), Plain(trajectory.reason))] if trajectory.reason else []
-    remarks = [(say("Remark"), Plain(remark)) for remark in trajectory.remarks]
+    reasons = [(say("Reason"), phrased(trajectory.reason))] if trajectory.reason else []
+    remarks = [(say("Remark"), phrased(remark)) for remark in trajectory.remarks]
     rows = (*reasons, *remarks)
     return Labelled(rows, only="document") if rows else None
 

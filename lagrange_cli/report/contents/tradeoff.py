@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from lagrange_cli.report.contents.numbers import decimal
+from lagrange_cli.report.contents.numbers import decimal, phrased
 from lagrange_cli.report.inlines import Plain, Text, Typed, Written, say
 from lagrange_cli.report.registry import contents_of, json_of
 from lagrange_cli.report.tree import (
@@ -101,7 +101,7 @@ def _without_end(points: Sequence[WorkPrecisionPoint]) -> tuple[Text, Text]:
     parts: dict[str, Written | str | int] = {
         "others": len(points) - 1,
         "work": sum(point.evaluations for point in points),
-        "reason": Plain(first.reason),
+        "reason": phrased(first.reason),
     }
     if first.outcome == "failed" and len(points) == 1:
         return run, say("failed after {work} evaluations: {reason}", **parts)
@@ -193,7 +193,7 @@ def _left_out(trade: Trade) -> Section | None:
     reasons = dict.fromkeys(trade.left_out.values())
     if not reasons:
         return None
-    return Section("", (Labelled(tuple((say("Left out"), Plain(why)) for why in reasons)),))
+    return Section("", (Labelled(tuple((say("Left out"), phrased(why)) for why in reasons)),))
 
 
 #: Characters of a row of the picture.

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.errors import InputError, Problem, SingularError
+from lagrange_cli.phrases import Phrase, with_part
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.continuation import (
     AngleReversal,
@@ -165,13 +166,16 @@ def _from_start(
 
 def _cut(run: Trajectory, passage: SingularPassage) -> Trajectory:
     """Cut a run before a singular configuration that it passed."""
-    where, last = passage.singularity.where, float(run.t[passage.samples - 1])
-    said = (
-        f"the coordinates are singular where {where}, which is met after t = {last:.9g};"
-        " --formulation multiplier goes on where it has no such place"
+    said = Phrase(
+        "the coordinates are singular where {where}, which is met after t = {last}; {option} goes"
+        " on where it has no such place",
+        where=passage.singularity.where,
+        last=f"{run.t[passage.samples - 1]:.9g}",
+        option="--formulation multiplier",
     )
     if not passage.passed:
-        return replace(run, reason=f"{run.reason}; {said}")
+        reason = Phrase("{text}; {reason}", text=run.reason, reason=said)
+        return replace(run, reason=reason)
     return _until(run, passage.samples, said, "accuracy_not_reached")
 
 
@@ -197,7 +201,11 @@ def _in_other(
     if model.chart is None or (lost and not singularity.ends):
         return None
     run = _with_chart(model, model.chart, options, context)
-    said = f"in {model.formulation} form: the coordinates are singular where {singularity.where}"
+    said = Phrase(
+        "in {form} form: the coordinates are singular where {where}",
+        form=model.formulation,
+        where=singularity.where,
+    )
     return replace(run, remarks=(said, *run.remarks))
 
 
@@ -355,15 +363,16 @@ def _thinned(run: Trajectory, every: int) -> Trajectory:
     picked = _sampled(run, np.arange(0, len(run.t), every))
     if picked.t[-1] == run.t[-1]:
         return picked
-    last, reached = f"t = {picked.t[-1]:.9g}", f"t = {run.t[-1]:.9g}"
-    return replace(picked, reason=run.reason.replace(reached, last))
+    last, reached = f"{picked.t[-1]:.9g}", f"{run.t[-1]:.9g}"
+    return replace(picked, reason=with_part(run.reason, reached, last))
 
 
 def _choice(names: list[str], t: float) -> str:
-    listed = ", ".join(names)
-    return (
-        f"{listed}: the motion passes t = {t:.9g} closer to where they have no meaning than it is"
-        " known; from there on they are one choice of several for the position"
+    return Phrase(
+        "{names}: the motion passes t = {t} closer to where they have no meaning than it is known;"
+        " from there on they are one choice of several for the position",
+        names=", ".join(names),
+        t=f"{t:.9g}",
     )
 
 

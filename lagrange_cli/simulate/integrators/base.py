@@ -60,6 +60,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.events import EventSearch, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.observed_motion import SETTLING, ObservedMotion
@@ -69,10 +70,13 @@ from lagrange_cli.simulate.integrators.right_hand_side import Projection, Rhs, s
 SavedState: TypeAlias = Mapping[str, Any]
 
 #: Why a run ends where its state cannot be projected.
-UNMET = "the constraints cannot be met"
+UNMET = Phrase("the constraints cannot be met")
+
+#: Why a run ends where numbers overflow.
+NOT_FINITE = Phrase("the state is no longer finite")
 
 #: Why a run ends where steps are too short beside the last place of the time.
-UNDERFLOW = "the step size underflowed"
+UNDERFLOW = Phrase("the step size underflowed")
 
 
 class StepError(Exception):
@@ -357,7 +361,7 @@ class Integrator(ABC):
         if len(inside):
             samples = self.interpolate(inside)
             if not np.isfinite(samples).all():
-                raise StepError("the state is no longer finite")
+                raise StepError(NOT_FINITE)
             if self._projection is not None:
                 between = zip(inside.tolist(), samples, strict=True)
                 samples = np.array([self._projected(t, y) for t, y in between])
@@ -367,7 +371,7 @@ class Integrator(ABC):
     def _arrived(self, t: float, y: Array) -> Array:
         """Move the end of a step, if it is finite, onto the constraints."""
         if not np.isfinite(y).all():
-            raise StepError("the state is no longer finite")
+            raise StepError(NOT_FINITE)
         return self._projected(t, y)
 
     def _projected(self, t: float, y: Array) -> Array:

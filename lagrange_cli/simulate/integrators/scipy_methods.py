@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
     UNDERFLOW,
@@ -221,7 +222,7 @@ class _ScipyImplicit(ScipyIntegrator):
                 warnings.simplefilter("ignore")
                 solver.step()
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
-            raise StepError("the Jacobian is no longer finite") from error
+            raise StepError(Phrase("the Jacobian is no longer finite")) from error
         # LSODA goes on with steps that no longer change t.
         crawls = solver.t < limit and solver.t - self.t < _SMALLEST_STEP * np.spacing(abs(self.t))
         if solver.status == "failed" or crawls:

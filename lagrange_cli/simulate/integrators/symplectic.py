@@ -15,8 +15,16 @@ from typing import ClassVar
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import UNMET, Control, FixedStep, StepError, UnfitError
+from lagrange_cli.simulate.integrators.base import (
+    NOT_FINITE,
+    UNMET,
+    Control,
+    FixedStep,
+    StepError,
+    UnfitError,
+)
 from lagrange_cli.simulate.integrators.right_hand_side import Rhs, Shift, structured
 
 #: Iterations of the equations of a step after which it is given up (rattle.c and collocation.c do
@@ -139,7 +147,7 @@ class _Collocation(FixedStep):
             change = np.abs(evaluated - slopes)
             slopes = evaluated
             if not np.isfinite(slopes).all():
-                raise StepError("the state is no longer finite")
+                raise StepError(NOT_FINITE)
             calm = calm + 1 if ((change == 0) | (change >= before)).all() else 0
             if calm == CALM:
                 self._require_convergence(change, slopes, h)
@@ -164,7 +172,7 @@ class _Collocation(FixedStep):
 
 
 #: Why a step of collocation cannot be made.
-DIVERGES = "the iteration of a step does not converge; a smaller step may"
+DIVERGES = Phrase("the iteration of a step does not converge; a smaller step may")
 
 
 class Gauss4(_Collocation):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
+from lagrange_cli.phrases import Phrase, pattern
 from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.accuracy.measured import Disproof, LimitingComponent, Measured
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
@@ -40,58 +41,84 @@ _MOST_NAMED = 6
 Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
 
 #: Says that a motion has come to the border of what is declared positive.
-_LEFT = "'{where}' is declared positive and reaches 0, where these equations end"
+_LEFT = pattern("'{where}' is declared positive and reaches 0, where these equations end")
 
 _DISPROOFS = {
-    "energy": "the energy is not what it was. A force acts in less than a step;"
-    " --method RK4 with a --step that resolves it goes on",
-    "gap": "{contacts} violated, a contact was missed. It closes and opens within less than a"
-    " step; --method RK45 with a small --rtol makes shorter ones",
-    "impact": "Newton's law of impact adds energy where {contacts} struck at once. It does not"
-    " with a restitution of 0",
-    "uniqueness": "the motion comes to rest where {where} and a force pushes away with an"
-    " infinite slope, so that more than one motion follows",
+    "energy": pattern(
+        "the energy is not what it was. A force acts in less than a step; {option} with a {step}"
+        " that resolves it goes on"
+    ),
+    "gap": pattern(
+        "{contacts} violated, a contact was missed. It closes and opens within less than a step;"
+        " {option} with a small {step} makes shorter ones"
+    ),
+    "impact": pattern(
+        "Newton's law of impact adds energy where {contacts} struck at once. It does not with a"
+        " restitution of 0"
+    ),
+    "uniqueness": pattern(
+        "the motion comes to rest where {where} and a force pushes away with an infinite slope, so"
+        " that more than one motion follows"
+    ),
     "positive": _LEFT,
 }
 
+#: Options that go on where a run is disproved.
+_BETTER = {
+    "energy": {"option": "--method RK4", "step": "--step"},
+    "gap": {"option": "--method RK45", "step": "--rtol"},
+}
+
 #: Why a motion with contacts cannot be continued: one is in the way, or several.
-_STUCK = {
+_STUCK: dict[str, tuple[str, str]] = {
     IMPOSSIBLE: (
-        "the contact {} leaves no motion: what it holds back is driven on, and no push of it can"
-        " stop that",
-        "the contacts {} leave no motion: they push against each other, and what is between them"
-        " cannot give way",
+        pattern(
+            "the contact {contacts} leaves no motion: what it holds back is driven on, and no push"
+            " of it can stop that"
+        ),
+        pattern(
+            "the contacts {contacts} leave no motion: they push against each other, and what is"
+            " between them cannot give way"
+        ),
     ),
     UNDETERMINED: (
-        "what the contact {} does next cannot be determined: no impact satisfies Newton's law"
-        " within rounding",
-        "what the contacts {} do next cannot be determined: no impact satisfies Newton's law"
-        " within rounding",
+        pattern(
+            "what the contact {contacts} does next cannot be determined: no impact satisfies"
+            " Newton's law within rounding"
+        ),
+        pattern(
+            "what the contacts {contacts} do next cannot be determined: no impact satisfies"
+            " Newton's law within rounding"
+        ),
     ),
     ENDLESS: (
-        "the contact {} closes and opens without end",
-        "the contacts {} close and open without end",
+        pattern("the contact {contacts} closes and opens without end"),
+        pattern("the contacts {contacts} close and open without end"),
     ),
     TOO_MANY: (
-        "the contact {} closes and opens more often than can be followed",
-        "the contacts {} close and open more often than can be followed",
+        pattern("the contact {contacts} closes and opens more often than can be followed"),
+        pattern("the contacts {contacts} close and open more often than can be followed"),
     ),
 }
 
+_WIDTH = Phrase("let what jumps grow within a width (tanh(x/w) for sign(x))")
+
 #: Ways out for a user whose motion ends at a kink.
-_KINKS = {
-    AMBIGUOUS: "begin beside it, or let what jumps grow within a width (tanh(x/w) for sign(x))",
-    CROWDED: "--until ends before, and tanh(x/w) for sign(x) goes on",
-    UNSETTLED: "tanh(x/w) for sign(x) makes it smooth",
-    IMPULSIVE: "let what jumps grow within a width (tanh(x/w) for sign(x))",
+_KINKS: dict[str, str] = {
+    AMBIGUOUS: Phrase("begin beside it, or {way_out}", way_out=_WIDTH),
+    CROWDED: Phrase("{option} ends before, and tanh(x/w) for sign(x) goes on", option="--until"),
+    UNSETTLED: Phrase("tanh(x/w) for sign(x) makes it smooth"),
+    IMPULSIVE: _WIDTH,
 }
 
+_NO_BOUNCE = pattern("a restitution of 0 for {contact} keeps it closed")
+
 #: Ways out for a user whose motion ends at contacts.
-_WAYS_OUT = {
-    IMPOSSIBLE: "a stiff spring in place of {} gives way",
-    UNDETERMINED: "restitutions are from 0 to 1, and the same where contacts meet",
-    ENDLESS: "a restitution of 0 for {} keeps it closed",
-    TOO_MANY: "a restitution of 0 for {} keeps it closed",
+_WAYS_OUT: dict[str, str] = {
+    IMPOSSIBLE: pattern("a stiff spring in place of {contact} gives way"),
+    UNDETERMINED: pattern("restitutions are from 0 to 1, and the same where contacts meet"),
+    ENDLESS: _NO_BOUNCE,
+    TOO_MANY: _NO_BOUNCE,
 }
 
 
@@ -110,69 +137,102 @@ def status(problem: InitialValueProblem, measured: Measured) -> Status:
 def reason(model: Model, problem: InitialValueProblem, measured: Measured, request: Request) -> str:
     """Say in words why a result is not all that was asked for."""
     ended = status(problem, measured)
-    last = float(problem.times[len(measured.states) - 1])
+    last = f"{float(problem.times[len(measured.states) - 1]):.9g}"
     if ended == "ok":
         return ""
     if ended == "stopped":
-        return f"stopped; what is kept ends at t = {last:.9g}"
+        return Phrase("stopped; what is kept ends at t = {last}", last=last)
+    accuracy = "" if request.accuracy is None else f"{request.accuracy:g}"
     if measured.disproved is not None:
-        what, at = _disproof(model, measured.disproved), measured.disproved.time
-        if request.accuracy is None or measured.disproved.by in ("uniqueness", "positive"):
-            return f"what is kept ends at t = {last:.9g}: {what}"
-        return f"accuracy {request.accuracy:g} is disproved at t = {at:.9g}: {what}"
+        why, at = _disproof(model, measured.disproved), f"{measured.disproved.time:.9g}"
+        if not accuracy or measured.disproved.by in ("uniqueness", "positive"):
+            return Phrase("what is kept ends at t = {last}: {why}", last=last, why=why)
+        return Phrase(
+            "accuracy {accuracy} is disproved at t = {at}: {why}", accuracy=accuracy, at=at, why=why
+        )
     if measured.failure is not None:
         return _failed(model, problem, measured.failure, request)
-    holds = f"accuracy {request.accuracy:g} holds until t = {last:.9g} of {problem.until:.9g}"
-    ends = [s for s in measured.switches if s.kind == "zeno" and s.t >= last]
-    if not ends and measured.unclear is not None:
-        return f"{holds}: {_unclear(model, measured.unclear)}"
-    if not ends:
-        return holds + _limiting_component(model, measured.limiting_component)
-    return (
-        f"{holds}: the bounces on '{model.contacts[ends[0].contact]}' become infinitely many"
-        f" by t = {ends[0].t:.9g}, and nothing is promised of what follows;"
-        " --method DOP853 --rtol 1e-9 goes on with the contact closed"
+    holds = Phrase(
+        "accuracy {accuracy} holds until t = {last} of {until}",
+        accuracy=accuracy,
+        last=last,
+        until=f"{problem.until:.9g}",
     )
+    why = _unkept(model, measured, float(last))
+    return Phrase("{text}: {why}", text=holds, why=why) if why else holds
+
+
+def _unkept(model: Model, measured: Measured, last: float) -> str:
+    """Say why a promise ends; empty where that is not known."""
+    ends = [s for s in measured.switches if s.kind == "zeno" and s.t >= last]
+    if ends:
+        return Phrase(
+            "the bounces on '{contact}' become infinitely many by t = {t}, and nothing is promised"
+            " of what follows; {option} goes on with the contact closed",
+            contact=model.contacts[ends[0].contact],
+            t=f"{ends[0].t:.9g}",
+            option="--method DOP853 --rtol 1e-9",
+        )
+    if measured.unclear is not None:
+        return _unclear(model, measured.unclear)
+    return _limiting_component(model, measured.limiting_component)
 
 
 def _limiting_component(model: Model, component: LimitingComponent | None) -> str:
     """Say what is in the way of the accuracy, and what is not; empty where that is not known."""
     if component is None:
         return ""
-    name = model.state_names[component.component]
     power = 10.0 ** math.floor(math.log10(2 * component.error))
     possible = math.ceil(2 * component.error / power) * power
-    return (
-        f": {name} is off by {component.error:.1e} of its scale, {component.scale:.1e}, at the end;"
-        f" --accuracy {possible:.0e} can be held"
+    return Phrase(
+        "{name} is off by {error} of its scale, {scale}, at the end; {option} can be held",
+        name=model.state_names[component.component],
+        error=f"{component.error:.1e}",
+        scale=f"{component.scale:.1e}",
+        option=f"--accuracy {possible:.0e}",
     )
 
 
 def _failed(model: Model, problem: InitialValueProblem, failure: Failure, request: Request) -> str:
-    past = f"the motion cannot be continued past t = {failure.time:.9g}"
+    return Phrase(
+        "the motion cannot be continued past t = {t}: {why}",
+        t=f"{failure.time:.9g}",
+        why=_cause(model, problem, failure, request),
+    )
+
+
+def _cause(model: Model, problem: InitialValueProblem, failure: Failure, request: Request) -> str:
     name = _reaching_zero(model, failure, _BEYOND * (failure.time - problem.start), request)
     if name is not None:
-        return f"{past}: {_LEFT.format(where=name)}"
+        return Phrase(_LEFT, where=name)
     if failure.reason in _STUCK and failure.contacts:
         says = _STUCK[failure.reason][len(failure.contacts) > 1]
-        way_out = _WAYS_OUT[failure.reason].format(_listed(model, failure.contacts[-1:]))
-        before = failure.time - _BEFORE * (failure.time - problem.start)
-        ends = "" if failure.time == problem.start else f"--until {before:.6g} ends before, "
-        return f"{past}: {says.format(_listed(model, failure.contacts))}; {ends}{way_out}"
+        stuck = Phrase(says, contacts=_listed(model, failure.contacts))
+        last = _listed(model, failure.contacts[-1:])
+        way_out: str = Phrase(_WAYS_OUT[failure.reason], contact=last)
+        if failure.time != problem.start:
+            before = f"--until {failure.time - _BEFORE * (failure.time - problem.start):.6g}"
+            way_out = Phrase("{option} ends before, {text}", option=before, text=way_out)
+        return Phrase("{text}; {way_out}", text=stuck, way_out=way_out)
     if failure.reason in _KINKS:
-        return f"{past}: {failure.reason}; {_KINKS[failure.reason]}"
+        return Phrase("{text}; {way_out}", text=failure.reason, way_out=_KINKS[failure.reason])
     if failure.by_rounding:
-        last_place = math.ulp(failure.time)
-        return (
-            f"{past}: steps so short that the last place of t, {last_place:.1e}, counts beside them"
-            " would be needed, though forces change little there; a larger --accuracy, or a time"
-            " that counts from nearer, goes on"
+        return Phrase(
+            "steps so short that the last place of t, {last_place}, counts beside them would be"
+            " needed, though forces change little there; a larger {option}, or a time that counts"
+            " from nearer, goes on",
+            last_place=f"{math.ulp(failure.time):.1e}",
+            option="--accuracy",
         )
-    singular = (
-        " a position where the constraints are singular," if structured(problem.rhs).project else ""
+    if structured(problem.rhs).project:
+        return Phrase(
+            "{text} (a singularity, a position where the constraints are singular, or the edge of"
+            " where the equations exist)",
+            text=failure.reason,
+        )
+    return Phrase(
+        "{text} (a singularity, or the edge of where the equations exist)", text=failure.reason
     )
-    cause = f" (a singularity,{singular} or the edge of where the equations exist)"
-    return f"{past}: {failure.reason}{cause}"
 
 
 def _reaching_zero(model: Model, failure: Failure, ahead: float, request: Request) -> str | None:
@@ -187,30 +247,39 @@ def _reaching_zero(model: Model, failure: Failure, ahead: float, request: Reques
 
 
 def _unclear(model: Model, unclear: UnclearContacts) -> str:
-    at = f"at t = {unclear.time:.9g}"
+    t = f"{unclear.time:.9g}"
     if not unclear.differ:
-        return f"what happens at {_listed(model, unclear.contacts)} {at} makes errors grow"
-    return (
-        f"{at} {_named(model, unclear.contacts)} met so slightly, or in such an order, that"
-        " the rounding of the start decides what follows"
+        contacts = _listed(model, unclear.contacts)
+        return Phrase(
+            "what happens at {contacts} at t = {t} makes errors grow", contacts=contacts, t=t
+        )
+    return Phrase(
+        "at t = {t} {contacts} met so slightly, or in such an order, that the rounding of the start"
+        " decides what follows",
+        t=t,
+        contacts=_named(model, unclear.contacts),
     )
 
 
 def _disproof(model: Model, disproof: Disproof) -> str:
-    contacts = _named(model, disproof.contacts)
-    return _DISPROOFS[disproof.by].format(contacts=contacts, where=disproof.where)
+    known = {"contacts": _named(model, disproof.contacts), "where": disproof.where}
+    return Phrase(_DISPROOFS[disproof.by], **known, **_BETTER.get(disproof.by, {}))
 
 
 def _named(model: Model, contacts: Sequence[int]) -> str:
     """Write contacts as the subject of a sentence, with its verb."""
+    listed = _listed(model, contacts)
     if len(contacts) == 1:
-        return f"the contact {_listed(model, contacts)} is"
-    return f"the contacts {_listed(model, contacts)} are"
+        return Phrase("the contact {contacts} is", contacts=listed)
+    return Phrase("the contacts {contacts} are", contacts=listed)
 
 
 def _listed(model: Model, contacts: Sequence[int]) -> str:
     """List the names of contacts; of many the first ones."""
     names = [f"'{model.contacts[k]}'" for k in contacts]
     if len(names) > _MOST_NAMED:
-        return f"{', '.join(names[:_MOST_NAMED])} and {len(names) - _MOST_NAMED} more"
-    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)
+        shown = ", ".join(names[:_MOST_NAMED])
+        return Phrase("{first} and {count} more", first=shown, count=f"{len(names) - _MOST_NAMED}")
+    if len(names) < 2:
+        return "".join(names)
+    return Phrase("{first} and {last}", first=", ".join(names[:-1]), last=names[-1])

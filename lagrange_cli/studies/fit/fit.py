@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.studies.fit.measurements import Measurements, require_names, require_times
 from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
 
@@ -254,7 +255,10 @@ class _Problem:
         if undetermined:
             status, reason = "undetermined", self._combination(rows[-1])
         elif not converged:
-            status, reason = "not_converged", f"after {self.runs} runs values still change"
+            status, reason = (
+                "not_converged",
+                Phrase("after {runs} runs values still change", runs=f"{self.runs}"),
+            )
         motion, fitted = self._motion(values), self.fitted(values)
         return Fit(
             motion.name,
@@ -279,8 +283,12 @@ class _Problem:
     def _combination(self, direction: Array) -> str:
         named = [n for n, x in zip(self.names, direction, strict=True) if abs(x) > 1e-3]
         if len(named) == 1:
-            return f"nothing that was measured depends on {named[0]}"
-        return f"changes of {' and '.join(named)} together leave all measured values as they are"
+            return Phrase("nothing that was measured depends on {name}", name=named[0])
+        *first, last = named
+        return Phrase(
+            "changes of {names} together leave all measured values as they are",
+            names=Phrase("{first} and {last}", first=" and ".join(first), last=last),
+        )
 
     def _column(self, name: str, fitted: Array) -> FittedColumn:
         present = self.present[name]

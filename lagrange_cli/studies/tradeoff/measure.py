@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem, StoppedError
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.accuracy.method_selection import coarse_result
 from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
@@ -178,9 +179,11 @@ def _stepped_from_python(methods: Sequence[str]) -> dict[str, str]:
     (``benchmarks/auto.py``).
     """
     slow = [name for name in methods if name != AUTO and name not in COMPILED]
-    reason = (
-        f"{', '.join(slow)}: their steps are made from Python, too slowly beside compiled ones;"
-        " they are tried where motion is stiff, and by --methods"
+    reason = Phrase(
+        "{methods}: their steps are made from Python, too slowly beside compiled ones; they are"
+        " tried where motion is stiff, and by {option}",
+        methods=", ".join(slow),
+        option="--methods",
     )
     return dict.fromkeys(slow, reason)
 
@@ -256,9 +259,11 @@ def _far_behind(
         best = min(as_good, key=lambda p: p.median, default=point)
         if len(mine) < _USELESS_RUNS or point.spent < _USELESS * best.median:
             return None
-    return (
-        f"{point.setting.method} takes {point.spent / best.median:.0f} times the seconds of"
-        f" {best.setting.method} for the same error"
+    return Phrase(
+        "{method} takes {ratio} times the seconds of {best} for the same error",
+        method=point.setting.method,
+        ratio=f"{point.spent / best.median:.0f}",
+        best=best.setting.method,
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from lagrange_cli.errors import InputError
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.accuracy.controller import integrate_to_accuracy
 from lagrange_cli.simulate.accuracy.measured import Measured
 from lagrange_cli.simulate.accuracy.method_selection import CoarseResult
@@ -212,7 +213,9 @@ class Bench:
         if run.failure is not None:
             return _unfinished(setting, "failed", run.failure.reason, run)
         if seconds > self.budget:
-            return _unfinished(setting, "given_up", f"t = {run.t:.9g} reached", run)
+            return _unfinished(
+                setting, "given_up", Phrase("t = {t} reached", t=f"{run.t:.9g}"), run
+            )
         measured = replace(measured_run(run, self.problem), run_seconds=seconds)
         return self._point(setting, measured, motion_of(run))
 
@@ -226,10 +229,9 @@ class Bench:
         ended = status(self.problem, measured)
         if ended != "ok":
             outcome: _Outcome = "given_up" if ended == "stopped" else "failed"
-            last = float(self.problem.times[len(measured.states) - 1])
-            reason = (
-                f"t = {last:.9g} reached" if measured.stopped else f"holds until t = {last:.9g}"
-            )
+            last = f"{float(self.problem.times[len(measured.states) - 1]):.9g}"
+            reached = Phrase("t = {t} reached", t=last)
+            reason = reached if measured.stopped else Phrase("holds until t = {t}", t=last)
             return _unfinished(setting, outcome, reason, measured)
         motion = Motion(measured.states[:], measured.switches, self.problem.until)
         return replace(self._point(setting, measured, motion), chosen=_taken(measured))

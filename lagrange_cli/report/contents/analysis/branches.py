@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from lagrange_cli.report.contents.analysis.equilibria import held_inputs
 from lagrange_cli.report.contents.analysis.wording import (
     hidden,
-    phrased,
     verdict_word,
 )
+from lagrange_cli.report.contents.numbers import phrased
 from lagrange_cli.report.document_options import MOST_LISTED
 from lagrange_cli.report.inlines import (
     Inline,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.vocabulary import Vocabulary, latex_overrides, with_symbols
-from lagrange_cli.report.contents.analysis.wording import inlined, phrased, sentence
+from lagrange_cli.report.contents.analysis.wording import inlined, sentence
 from lagrange_cli.report.contents.forms.writer import with_momenta
+from lagrange_cli.report.contents.numbers import phrased
 from lagrange_cli.report.inlines import (
     Inline,
     Label,

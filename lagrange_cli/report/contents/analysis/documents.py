@@ -22,7 +22,7 @@ from lagrange_cli.report.contents.analysis.numerical import (
     exponents_section,
     response_section,
 )
-from lagrange_cli.report.contents.analysis.wording import part_words, phrased, searched, sentence
+from lagrange_cli.report.contents.analysis.wording import part_words, searched, sentence
 from lagrange_cli.report.contents.derivation.conservation import Further, balance, conserved
 from lagrange_cli.report.contents.derivation.documents import (
     Content,
@@ -30,6 +30,7 @@ from lagrange_cli.report.contents.derivation.documents import (
     written_document,
 )
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.numbers import phrased
 from lagrange_cli.report.document_options import ANALYZED, DEFAULTS, DOCUMENTS
 from lagrange_cli.report.inlines import Lettering, say, symbol
 from lagrange_cli.report.phrases.language import language

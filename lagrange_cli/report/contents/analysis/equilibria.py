@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.analysis.phrases import Phrase
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.report.contents.analysis.wording import (
     hidden,
     inlined,
-    phrased,
     sentence,
     values_of,
     verdict_word,
 )
+from lagrange_cli.report.contents.numbers import phrased
 from lagrange_cli.report.document_options import MOST_LISTED
 from lagrange_cli.report.inlines import (
     AT_MOST,

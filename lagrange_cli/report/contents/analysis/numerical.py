@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from lagrange_cli.report.contents.analysis.wording import hidden, inlined, sentence, state
+from lagrange_cli.report.contents.numbers import phrased
 from lagrange_cli.report.inlines import (
     COMMA,
     Inline,
@@ -101,7 +102,7 @@ def _along_lines(result: AlongMotion) -> Iterator[Text]:
         requested=Inline(numeral(result.requested, 1)),
     )
     if result.reason:
-        yield Plain(result.reason)
+        yield phrased(result.reason)
     yield say("The matrices are in the JSON, and in FILE.npz with -o FILE.npz.")
 
 

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.analysis.phrases import Part, Phrase
 from lagrange_cli.report.inlines import (
     Inline,
     Label,
     Listed,
-    Plain,
     Sentence,
     Text,
-    Written,
-    bold,
     numeral,
     opened,
     say,
@@ -25,19 +21,6 @@ from lagrange_cli.report.tree import Paragraph
 if TYPE_CHECKING:
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries
     from lagrange_cli.analysis.values import Verdict
-
-
-def phrased(text: str) -> Written:
-    """Return a phrase of an analysis with its symbols; other texts stay as they are."""
-    if not isinstance(text, Phrase):
-        return Plain(text)
-    return Sentence(text.english, tuple((k, _part(k, p)) for k, p in text.parts.items()))
-
-
-def _part(name: str, part: Part) -> Written:
-    if isinstance(part, str):
-        return phrased(part)
-    return inlined(map(bold if name == "matrix" else symbol, part))
 
 
 def inlined(formulas: Iterable[Label]) -> Listed:

@@ -16,6 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState
 from lagrange_cli.simulate.integrators.events import RISES
@@ -54,10 +55,10 @@ _SEQUENCE = 4
 _MOST_MODE_CHANGES = 250_000
 
 #: Why a motion cannot be continued.
-ENDLESS = "contacts close and open without end"
-IMPOSSIBLE = "contacts leave no motion"
-TOO_MANY = "contacts close and open more often than can be followed"
-UNDETERMINED = "what contacts do next cannot be determined"
+ENDLESS = Phrase("contacts close and open without end")
+IMPOSSIBLE = Phrase("contacts leave no motion")
+TOO_MANY = Phrase("contacts close and open more often than can be followed")
+UNDETERMINED = Phrase("what contacts do next cannot be determined")
 
 #: The event of a reset at the start of a motion.
 _START = -1

@@ -17,6 +17,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, SavedState
 from lagrange_cli.simulate.integrators.events import RISES, TerminalEvents, ZeroCrossing
@@ -50,13 +51,13 @@ _MOST_CROSSINGS = 250_000
 _JUMP = 1e-9
 
 #: Why a motion cannot be continued.
-AMBIGUOUS = (
+AMBIGUOUS = Phrase(
     "the motion from there is not unique: abs, sign, min or max has a kink there that pushes"
     " the motion away to both sides"
 )
-CROWDED = "kinks of abs, sign, min or max are crossed without end"
-UNSETTLED = "what follows at a kink of abs, sign, min or max cannot be determined"
-IMPULSIVE = (
+CROWDED = Phrase("kinks of abs, sign, min or max are crossed without end")
+UNSETTLED = Phrase("what follows at a kink of abs, sign, min or max cannot be determined")
+IMPULSIVE = Phrase(
     "energy or momentum jumps where abs, sign, min or max does, so that an impulse acts that the"
     " equations do not hold"
 )

@@ -14,8 +14,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import (
+    NOT_FINITE,
     UNDERFLOW,
     UNMET,
     Advance,
@@ -63,7 +65,7 @@ _ADVANCE = ctypes.CFUNCTYPE(ctypes.c_int, *(POINTER, POINTER, LONG, POINTER, POI
 #: Reasons of failure by the return value of a call (kernel.h).
 _FAILURES: dict[int, str] = {
     KernelStatus.UNDERFLOW: UNDERFLOW,
-    KernelStatus.NOT_FINITE: "the state is no longer finite",
+    KernelStatus.NOT_FINITE: NOT_FINITE,
     KernelStatus.UNMET: UNMET,
     KernelStatus.DIVERGES: DIVERGES,
 }
@@ -269,7 +271,7 @@ class _Interpolating(_Compiled):
         self, times: Array, states: Array, *, most_steps: int, most_evaluations: float
     ) -> Advance:
         if self._nowhere:
-            return Advance(0, "the right-hand side does not exist at the start")
+            return Advance(0, Phrase("the right-hand side does not exist at the start"))
         return super().advance(
             times, states, most_steps=most_steps, most_evaluations=most_evaluations
         )

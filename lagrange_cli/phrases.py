@@ -1,4 +1,4 @@
-"""Phrases of an analysis, which formats translate into their symbols and languages."""
+"""Phrases that reports have of results, which formats translate into symbols and languages."""
 
 from __future__ import annotations
 
@@ -42,3 +42,18 @@ class Phrase(str):
 
 def _phrase(english: str, parts: Mapping[str, Part]) -> Phrase:
     return Phrase(english, **parts)
+
+
+def pattern(english: str) -> str:
+    """Return the pattern of phrases that are made later, which catalogues have, too."""
+    return english
+
+
+def with_part(text: str, old: str, new: str) -> str:
+    """Return a phrase with another text in place of each part that is a text; others unchanged."""
+    if not isinstance(text, Phrase):
+        return new if text == old else text
+    parts = text.parts.items()
+    return Phrase(
+        text.english, **{k: with_part(p, old, new) if isinstance(p, str) else p for k, p in parts}
+    )
