@@ -33,6 +33,12 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
 
+
+def program_of(equations: Equations, name: str) -> Program:
+    """Return the program of a function of one output; ``rhs`` gives the accelerations."""
+    return build_program(equations, ["acceleration" if name == "rhs" else name])
+
+
 #: Function → outputs that it writes, one after the other.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
     "multipliers": ("multipliers",),

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli import load
-from lagrange_cli.emit.python.functions import right_hand_side_source
+from lagrange_cli.program.program import build_program
 from tests.cli.terminal import lagrange, succeed
+from tests.program.interpreted import interpreted
 
 SCENE = """\
 name: pinned
@@ -49,10 +50,9 @@ def test_its_module_in_python(scene):
 
 
 def test_its_evaluators_for_simulation(scene):
-    source = right_hand_side_source(load(scene).derive().equations)
-    functions = {}
-    exec(compile(source, "<evaluators>", "exec"), functions)
-    assert functions["rhs"](0.0, np.empty(0), (2.0, 10.0)).shape == (0,)
+    program = build_program(load(scene).derive().equations, ["acceleration"])
+    rhs = interpreted({"rhs": program})["rhs"]
+    assert rhs(0.0, np.empty(0), (2.0, 10.0)).shape == (0,)
 
 
 @pytest.mark.parametrize("words", [(), ("--method", "RK4", "--step", "0.1"), ("--json",)])

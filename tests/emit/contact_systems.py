@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import ctypes
 import math
-import types
 
 import numpy as np
 import sympy as sp
 
 from lagrange_cli.emit.c.constraints import workspace_size
-from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.system import Contact, InitialState
 from lagrange_cli.program.emitted_functions import constraint_programs, contact_programs
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import library_source
+from lagrange_cli.simulate.system.impacts import Impacts
+from lagrange_cli.simulate.system.projection import projection
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import shared_library
 from tests.parts import changed
+from tests.program.interpreted import interpreted
 
 
 def contact(name, gap, coordinates, restitution=0):
@@ -172,32 +173,41 @@ def defaults(equations):
 
 
 class Interpreted:
-    """The functions of the Python text; each gives None where it has no result."""
+    """The functions that simulation interprets; each gives None where it has no result."""
 
     def __init__(self, equations):
-        module = types.ModuleType("contacts")
-        text = module_source(simulation_programs(equations))
-        exec(compile(text, "contacts", "exec"), module.__dict__)
-        self.module, self.contacts = module, len(equations.system.contacts)
+        self.functions = interpreted(simulation_programs(equations))
+        self.contacts = len(equations.system.contacts)
+        self.first = len(equations.system.parameters)
 
     def _parameters(self, p, flags, targets):
         targets = np.zeros(self.contacts) if targets is None else targets
         return [*map(float, p), *map(float, flags), *map(float, targets)]
 
     def __call__(self, function, t, y, p, flags, targets=None, size=None):
-        found = getattr(self.module, function)(t, y, self._parameters(p, flags, targets))
+        if function == "events":
+            found = self._impacts(t, y, p, flags).events()
+        else:
+            found = self.functions[function](t, y, self._parameters(p, flags, targets))
         return found if np.isfinite(found).all() else None
 
     def project(self, t, y, p, flags):
-        return self("contact_project", t, y, p, flags)
+        project = projection(self.functions, self._parameters(p, flags, None), "contact_")
+        found = project(t, y)
+        return found if np.isfinite(found).all() else None
+
+    def _impacts(self, t, y, p, flags):
+        parameters = self._parameters(p, flags, None)
+        state = np.array(y, dtype=float)
+        return Impacts(self.functions, t, state, parameters, [], self.first, self.contacts)
 
     def reset(self, t, y, p, flags, event, bounce=1.0):
-        found = self.module.reset(t, y, self._parameters(p, flags, None), event, bounce)
+        found = self._impacts(t, y, p, flags).reset(event, bounce)
         return None if found[0] is None else found
 
     def leaving_none(self, t, y, p, flags, event):
         """Which contacts leave no motion."""
-        state, found = self.module.reset(t, y, self._parameters(p, flags, None), event, 1.0)
+        state, found = self._impacts(t, y, p, flags).reset(event, 1.0)
         assert state is None
         return list(found)
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.api.emitters import EMITTERS
-from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.simulate.native.rounding_model import perturb
+from lagrange_cli.simulate.system.projection import projection
 from tests.emit import emit_closures as closures
 from tests.emit.closed_code import (
     CASES,
@@ -22,6 +22,7 @@ from tests.emit.closed_code import (
 )
 from tests.emit.emitted_c import run
 from tests.parts import changed
+from tests.program.interpreted import interpreted
 
 pytestmark = pytest.mark.slow
 
@@ -102,18 +103,17 @@ def test_python_for_the_simulation():
     programs["disturbed"] = perturb(programs["rhs"])
     factors = programs["disturbed"].parameters - len(equations.system.parameters)
     assert factors > 4
-    text = module_source(programs)
-    assert "secret" not in text
-    assert "rod" not in text
-    module = loaded(text)
+    functions = interpreted(programs)
     own = emitted(equations)
     p = list(own.DEFAULTS)
     y = closures.chain_state(2, np.array([0.3, 1.0]), np.array([1.0, 2.0]), np.array(p[2:4])) + 1e-4
-    for function in ("rhs", "multipliers", "constraints", "project"):
-        assert (getattr(module, function)(0.0, y, p) == getattr(own, function)(0.0, y)).all()
-    exact = module.disturbed(0.0, y, [*p, *[1.0] * factors])
-    assert (exact == own.rhs(0.0, y)).all()
+    for function in ("rhs", "multipliers", "constraints"):
+        expected = getattr(own, function)(0.0, y)
+        assert functions[function](0.0, y, p) == pytest.approx(expected, rel=1e-14, abs=1e-14)
+    assert projection(functions, p)(0.0, y) == pytest.approx(own.project(0.0, y), rel=1e-15)
+    exact = functions["disturbed"](0.0, y, [*p, *[1.0] * factors])
+    assert (exact == functions["rhs"](0.0, y, p)).all()
     generator = np.random.default_rng(1)
-    off = module.disturbed(0.0, y, [*p, *(1 + generator.uniform(-1, 1, factors) * 1e-10)])
+    off = functions["disturbed"](0.0, y, [*p, *(1 + generator.uniform(-1, 1, factors) * 1e-10)])
     change = np.abs(off - exact)[4:].max() / np.abs(exact).max()
     assert 1e-12 < change < 1e-8

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.equations import TextbookForm
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.system import Closure
@@ -19,6 +18,7 @@ from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled
 from tests.parts import changed
+from tests.program.interpreted import interpreted
 
 M, L, G = (systems.parameter(n, v, positive=True) for n, v in (("m", 1.5), ("l", 0.5), ("g", 9.81)))
 
@@ -117,9 +117,7 @@ def state(equations, seed):
 
 def python_functions(equations):
     programs = {"rhs": build_program(equations, ["acceleration"]), **constraint_programs(equations)}
-    namespace = {}
-    exec(compile(module_source(programs), "emitted", "exec"), namespace)  # over dummy names
-    return programs, namespace
+    return programs, interpreted(programs)
 
 
 @pytest.mark.slow

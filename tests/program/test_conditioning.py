@@ -17,7 +17,6 @@ import pytest
 import sympy as sp
 
 from lagrange_cli import api
-from lagrange_cli.emit.python.functions import right_hand_side_source
 from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics.dynamics import solve_exactly as solving
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
@@ -27,6 +26,7 @@ from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import Reference
 from tests.emit.emitted_c import Compiled
 from tests.parts import changed
+from tests.program.interpreted import interpreted
 from tests.systems.shipped import SLICE
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -72,10 +72,9 @@ INERTIAS = {"M", "m", *(f"{k}{i}" for k in "mI" for i in range(9))}
 
 
 def python(equations):
-    namespace = {}
-    exec(right_hand_side_source(equations, ("rhs",)), namespace)
+    rhs = interpreted({"rhs": build_program(equations, ["acceleration"])})["rhs"]
     n = len(equations.system.coordinates)
-    return lambda y, p: namespace["rhs"](0.3, np.asarray(y), list(p))[n:]
+    return lambda y, p: rhs(0.3, np.asarray(y), list(p))[n:]
 
 
 def hard_states(equations, kind, count, seed=5):

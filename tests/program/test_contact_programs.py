@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from lagrange_cli.program.lowered.lowering import lowered
+from lagrange_cli.program.lowered.stored import StoredFunctions
 from tests.emit import contact_systems as contacts
 
 
@@ -183,18 +185,21 @@ def test_flags_and_factors_leave_the_value_alone():
     y = [0.48, 0.64, np.arctan2(3, 4), 0.64, -0.48, 1.0]
     for flags in ([0.0, 0.0], [1.0, 0.0], [1.0, 1.0]):
         p = [*contacts.defaults(equations), *flags, 0.0, 0.0]
-        exact = python.module.contact_rhs(0.0, y, p)
-        assert (python.module.contact_disturbed(0.0, y, [*p, *[1.0] * factors]) == exact).all()
+        exact = python.functions["contact_rhs"](0.0, y, p)
+        assert (
+            python.functions["contact_disturbed"](0.0, y, [*p, *[1.0] * factors]) == exact
+        ).all()
         # Others read the same parameters, with factors behind them or without.
-        assert (python.module.contact_rhs(0.0, y, [*p, *[2.0] * factors]) == exact).all()
-        off = python.module.contact_disturbed(0.0, y, [*p, *[1 + 1e-10] * factors])
+        assert (python.functions["contact_rhs"](0.0, y, [*p, *[2.0] * factors]) == exact).all()
+        off = python.functions["contact_disturbed"](0.0, y, [*p, *[1 + 1e-10] * factors])
         assert 0 < np.abs(off - exact).max() < 1e-7
 
 
 def test_names_of_the_scene_are_not_in_the_code():
     equations = contacts.ladder()
     programs = contacts.simulation_programs(equations)
-    text = contacts.library_source(programs) + contacts.module_source(programs)
+    functions = {name: lowered(program, name) for name, program in programs.items()}
+    text = contacts.library_source(programs) + StoredFunctions.from_functions(functions).text
     assert "ladder" not in text
     assert "floor" not in text.replace("floor(", "")
     assert "flag(" not in text

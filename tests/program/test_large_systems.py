@@ -13,12 +13,13 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.emit.template_files import python_template
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
-from lagrange_cli.program.emitted_functions import constraint_programs
+from lagrange_cli.program.emitted_functions import constraint_programs, program_of
+from lagrange_cli.program.lowered.lowering import lowered
+from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.program.operations import count_operations, elimination_operations
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.solvers.sparse_factorization import (
@@ -35,6 +36,7 @@ from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import Compiled, write
 from tests.parts import changed
+from tests.program.interpreted import interpreted
 from tests.program.test_bandwidth import (
     M,
     chain,
@@ -317,7 +319,9 @@ def test_code_does_not_grow_with_a_chain(tmp_path):
     texts = []
     for n in (30, 90):
         programs = {"rhs": build_program(chain(n), ["acceleration"])}
-        texts.append(module_source(programs | constraint_programs(chain(n))))
+        functions = (programs | constraint_programs(chain(n))).items()
+        stored = {name: lowered(program, name) for name, program in functions}
+        texts.append(StoredFunctions.from_functions(stored).text)
     assert len(texts[1]) < 1.05 * len(texts[0])
 
 
@@ -367,8 +371,7 @@ def test_disturbed_programs_have_a_factor_for_each_operation():
     equations = net(5)
     program = build_program(equations, ["acceleration"])
     off = perturb(program)
-    namespace = {}
-    exec(module_source({"rhs": program, "disturbed": off}), namespace)  # over dummy names
+    namespace = interpreted({"rhs": program, "disturbed": off})
     p = [x.value for x in equations.system.parameters]
     factors_of = off.parameters - program.parameters
     assert factors_of > 5 * len(equations.system.closures)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.derivation import derive
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import build_program
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import library_source
+from tests.program.interpreted import interpreted
 from tests.program.test_program import run
 
 
@@ -88,8 +88,7 @@ def test_the_perturbed_right_hand_side_differs_by_its_factors_alone():
     equations = chain(20)
     program = build_program(equations, ["acceleration"])
     off = perturb(program)
-    namespace = {}
-    exec(module_source({"rhs": program, "disturbed": off}), namespace)  # over dummy names
+    namespace = interpreted({"rhs": program, "disturbed": off})
     y, p = a_state(equations, 3), values_of(equations)
     factors = off.parameters - program.parameters
     assert factors > count_operations(program).total

@@ -7,9 +7,10 @@ import random
 import pytest
 import sympy as sp
 
-from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.program.emitted_functions import program_of
 from tests.emit import emit_systems as systems
 from tests.parts import changed
+from tests.program.interpreted import interpreted
 
 M, G = (systems.parameter(name, value, positive=True) for name, value in (("m", 1.7), ("g", 9.81)))
 X, Z = systems.coordinate("x"), systems.coordinate("z")
@@ -22,9 +23,8 @@ AT = dict(zip((x, z, u, w, m, g), (*STATE, *PARAMETERS), strict=True))
 
 def difference(expression):
     """How far the program of an expression is from SymPy's value, beside the size of that."""
-    functions = {}
     programs = {"energy": program_of(changed(PLANE, energy=expression), "energy")}
-    exec(compile(module_source(programs), "<program>", "exec"), functions)
+    functions = interpreted(programs)
     exact = float(expression.subs(AT))
     return abs(functions["energy"](0.0, STATE, PARAMETERS) - exact) / (1 + abs(exact))
 

@@ -359,10 +359,10 @@ DUMP = """
 import sys; sys.path.insert(0, sys.argv[1])
 from tests.emit import emit_systems as systems
 from lagrange_cli.api.emitters import EMITTERS
-from lagrange_cli.emit.python.functions import right_hand_side_source
+from lagrange_cli.simulate.model.build import model_of
 for make in systems.ALL:
     equations = make()
-    print(right_hand_side_source(equations))
+    print(model_of(equations).code.functions.text)
     for name in ("c", "python"):
         print(*EMITTERS[name].emit(equations).items())
 """

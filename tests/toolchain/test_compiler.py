@@ -460,7 +460,7 @@ def test_no_text_of_a_scene_reaches_the_compiler_or_the_interpreter():
     found = model_of(loads(text).derive().equations)
     assert "evil" in found.name
     assert "evil" not in found.code.c
-    assert "evil" not in found.code.python
+    assert "evil" not in found.code.functions.text
 
 
 def test_equal_systems_share_their_code(model):

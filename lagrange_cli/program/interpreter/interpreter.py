@@ -66,14 +66,14 @@ class _Planned:
     ) -> None:
         self._plan, self._arithmetic, self._earlier = plan, arithmetic, earlier
         self._ended = _ended(function) if arithmetic.of_doubles else list
-        self._failure = _failure(function)
+        self._failure = _failure(function) if arithmetic.of_doubles else _refuse
 
     def _head(self, p: Sequence[Any], u: Sequence[Any]) -> list[Any] | None:
         """Return the first registers, those of parameters and inputs; None without results."""
         plan = self._plan
-        if len(p) < plan.parameters or len(u) != plan.inputs:
+        if len(p) < plan.parameters or len(u) < plan.inputs:
             raise ValueError(f"it reads {plan.parameters} parameters and {plan.inputs} inputs")
-        head = [*plan.constants, *p[: plan.parameters], *u]
+        head = [*plan.constants, *p[: plan.parameters], *u[: plan.inputs]]
         for step in plan.prologue:
             head.append(step(head))
         return head if all(test(head) for test in plan.fixed_tests) else None
@@ -178,6 +178,10 @@ class _Unplanned:
 
 def _listed(results: Any) -> list[Any]:
     return np.ravel(results).tolist() if isinstance(results, np.ndarray) else list(results)
+
+
+def _refuse() -> Any:
+    raise UnsupportedError("a state without results")
 
 
 def _failure(function: Function) -> Callable[[], Any]:

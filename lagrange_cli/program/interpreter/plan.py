@@ -40,7 +40,7 @@ class Plan:
     constants
         Numbers with which the registers begin.
     parameters, inputs
-        Numbers of parameters and inputs.
+        Numbers of parameters and inputs up to the last one that is read.
     prologue, steps
         Closures of values of parameters and inputs alone, and of all others: lists, each with the
         closure of a solution that follows it, if any.
@@ -111,9 +111,10 @@ class Planner:
                 exact = value.operation == "constant"
                 constants.append(arithmetic.number(value.which) if exact else arithmetic.epsilon)
         end = len(constants)
-        for letter, count in (("p", function.parameters), ("u", function.driven)):
-            self._place_leaves(letter, end)
-            end += count
+        parameters, inputs = self._numbers_read("p"), self._numbers_read("u")
+        self._place_leaves("p", end)
+        self._place_leaves("u", end + parameters)
+        end += parameters + inputs
         prologue = [step for step, _ in self._filled(end, fixed=True)]
         end += len(prologue)
         self._place_leaves("t", end)
@@ -133,14 +134,18 @@ class Planner:
         fixed_tests, tests = self._conditions()
         return Plan(
             constants,
-            function.parameters,
-            function.driven,
+            parameters,
+            inputs,
             prologue,
             steps,
             fixed_tests,
             tests,
             self._picked(self._results),
         )
+
+    def _numbers_read(self, array: str) -> int:
+        """Return how many numbers of an array there must be for those that are read."""
+        return max((v.which + 1 for v in self._values if v.operation == array), default=0)
 
     def _place_leaves(self, array: str, start: int) -> None:
         for number, value in enumerate(self._values):

@@ -380,7 +380,7 @@ def _follow(
     model: Model, chart: FormerChart, run: Trajectory, deadline: float
 ) -> ContinuedCoordinates:
     """Continue former coordinates along a run."""
-    functions, parameters = functions_of(chart.python), model.numbers
+    functions, parameters = functions_of(chart.functions), model.numbers
     names = model.coordinates
     relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
     samples = KnownMotion(

@@ -1,4 +1,4 @@
-"""Equations → Model: programs built, printed in both languages, symbols left behind."""
+"""Equations → Model: programs built, lowered and printed in C, symbols left behind."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 from sympy import Integer
 
 from lagrange_cli.emit.c.constraints import workspace_size
-from lagrange_cli.emit.python.functions import module_source, program_of
 from lagrange_cli.errors import InputError, Mark, placed
 from lagrange_cli.mechanics.system import Parameter
 from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
+    program_of,
     shifting_programs,
 )
+from lagrange_cli.program.lowered.lowering import lowered
+from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.model.charts import (
@@ -23,7 +25,7 @@ from lagrange_cli.simulate.model.charts import (
     coordinate_kinds,
     former_chart,
     guard_program,
-    positive_source,
+    positive_program,
     singular_program,
 )
 from lagrange_cli.simulate.model.expressions import (
@@ -38,7 +40,7 @@ from lagrange_cli.simulate.model.sharp_functions import (
     peak_exponents,
     steep_arguments,
     steep_places,
-    steep_source,
+    steep_program,
 )
 from lagrange_cli.simulate.model.switching_surfaces import (
     OneSided,
@@ -59,6 +61,8 @@ from lagrange_cli.simulate.native.sources import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
@@ -231,12 +235,16 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
     }
     programs |= disturbed | shifting_programs(equations)
     watched = programs | _watched(evaluated)
-    compiled = watched | ({} if forces is None else {"forces": forces})
+    apart = {"forces": forces, "singular": singular_program(equations)}
+    compiled = watched | _present(apart)
+    python = {
+        "positive": positive_program(equations),
+        "steep": steep_program(equations, evaluated.steep),
+    }
+    interpreted = compiled | _present(python)
     guarded = guard_program(equations)
     places, rates = ({}, []) if guarded is None else ({GUARD_PROGRAM: guarded[0]}, guarded[1])
     compiled |= places
-    singular = singular_program(equations)
-    compiled |= {} if singular is None else {"singular": singular}
     lanes = lanes_source(programs)
     return Code(
         c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
@@ -244,14 +252,16 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
         # The series know nothing of the borders.
         taylor="" if sided_programs or equations.system.positive else taylor_source(programs),
         tables=lane_tables_source(programs),
-        python=module_source(watched),
+        functions=StoredFunctions.from_functions(
+            {name: lowered(program, name) for name, program in interpreted.items()}
+        ),
         work=workspace_size(compiled),
         factors=max(d.parameters for d in disturbed.values()) - len(equations.system.parameters),
-        forces="" if forces is None else module_source({"outputs": forces}),
-        singular="" if singular is None else module_source({"outputs": singular}),
-        positive=positive_source(equations),
-        steep=steep_source(equations, evaluated.steep),
     )
+
+
+def _present(programs: Mapping[str, Program | None]) -> dict[str, Program]:
+    return {name: program for name, program in programs.items() if program is not None}
 
 
 def _with_terms(equations: Equations) -> Equations:

@@ -6,7 +6,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.python.functions import module_source, program_of
+from lagrange_cli.program.emitted_functions import program_of
+from lagrange_cli.program.lowered.lowering import lowered
+from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.simulate.model.expressions import outputs_program
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
 
@@ -44,20 +46,14 @@ def singular_program(equations: Equations) -> Program | None:
     return outputs_program(equations, (place.where for place in equations.derivation.singular))
 
 
-def positive_source(equations: Equations) -> str:
-    """Write a function whose numbers are positive where the equations hold; empty if the scene
+def positive_program(equations: Equations) -> Program | None:
+    """Make a program whose numbers are positive where the equations hold; None if the scene
     declares nothing positive."""
     if not equations.system.positive:
-        return ""
+        return None
     above = (expression for _, expression in equations.system.positive)
     # Inputs move no coordinate.
-    return module_source(
-        {
-            "outputs": outputs_program(
-                replace(equations, system=replace(equations.system, inputs=())), above
-            )
-        }
-    )
+    return outputs_program(replace(equations, system=replace(equations.system, inputs=())), above)
 
 
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
@@ -92,13 +88,15 @@ def former_chart(equations: Equations) -> FormerChart | None:
             outputs=(),
         ),
     )
-    programs = {name: program_of(former, name) for name in ("positions", "velocities")}
+    functions = {
+        name: lowered(program_of(former, name), name) for name in ("positions", "velocities")
+    }
     start = chart.start
     return FormerChart(
         tuple(c.name for c in chart.coordinates),
         coordinate_kinds(chart.coordinates),
         None if start is None else (*start.positions, *start.velocities),
-        module_source(programs),
+        StoredFunctions.from_functions(functions),
         chart.steady,
         tuple(c.name for c in chart.coordinates if c.is_positive),
     )

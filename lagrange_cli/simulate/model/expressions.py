@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.python.functions import program_of
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.mechanics.system import Parameter
+from lagrange_cli.program.emitted_functions import program_of
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol

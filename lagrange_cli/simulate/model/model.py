@@ -13,6 +13,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.scene.conditions import SimulationDefaults
 from lagrange_cli.simulate.model.labels import Labels
 
@@ -44,7 +45,7 @@ class ModelParameter:
 
 @dataclass(frozen=True)
 class Code:
-    """The same functions in two languages, over dummy names.
+    """The same functions as lowered programs and in C, over dummy names.
 
     Attributes
     ----------
@@ -52,24 +53,17 @@ class Code:
         Text of :func:`lagrange_cli.simulate.native.sources.library_source`.
     lanes
         Text of its neighbour ``lanes_source``, which follows ``c``.
-    python
-        Text of :func:`lagrange_cli.emit.python.functions.module_source`.
+    functions
+        The functions, to be interpreted. Those that have results in some systems alone are
+        ``forces``, which are constraint forces and read accelerations and multipliers after the
+        factors; ``singular``, which vanish at singular configurations; ``positive``, which are
+        positive where the equations hold, if the scene says so; and ``steep``, the numbers of
+        :func:`.sharp_functions.steep_program`.
     work
         Doubles of workspace that the functions take.
     factors
         Number of rounding factors, which the function ``disturbed`` reads after the scene's
         parameters.
-    forces
-        Python text whose function ``outputs`` gives constraint forces, as the function
-        ``forces`` of C does; it reads accelerations and multipliers after the factors.
-    singular
-        Python text whose function ``outputs`` gives numbers that vanish at singular
-        configurations.
-    positive
-        Python text whose function ``outputs`` gives numbers that are positive where the equations
-        hold, if the scene says so.
-    steep
-        Text of :func:`.sharp_functions.steep_source`.
     taylor
         Text of ``taylor_source``, which stands alone and may be empty.
     tables
@@ -78,13 +72,9 @@ class Code:
 
     c: str
     lanes: str
-    python: str
+    functions: StoredFunctions
     work: int
     factors: int
-    forces: str = ""
-    singular: str = ""
-    positive: str = ""
-    steep: str = ""
     taylor: str = ""
     tables: str = ""
 
@@ -118,9 +108,9 @@ class FormerChart:
         Their names and kinds, as in :class:`Model`.
     start
         [q, v] of them at the start; None if it is not known.
-    python
-        Text whose functions ``positions`` and ``velocities`` give the coordinates of the model, in
-        their order, and their rates, for a state of these.
+    functions
+        ``positions`` and ``velocities``, which give the coordinates of the model, in their order,
+        and their rates, for a state of these.
     steady
         Coordinates whose rates are proven to keep their signs, or to stay zero.
     positive
@@ -130,7 +120,7 @@ class FormerChart:
     coordinates: tuple[str, ...]
     kinds: tuple[str, ...]
     start: tuple[float, ...] | None
-    python: str
+    functions: StoredFunctions
     steady: tuple[str, ...] = ()
     positive: tuple[str, ...] = ()
 
@@ -204,15 +194,15 @@ class Model:
         One-sided constraints, for which the code has the functions of
         :mod:`lagrange_cli.program.systems.contact_systems`.
     singular
-        Places that the coordinates do not cover, at which numbers of ``Code.singular`` vanish.
+        Places that the coordinates do not cover, at which numbers of ``singular`` vanish.
     positive
-        Names that the scene declares positive, whose values ``Code.positive`` gives.
+        Names that the scene declares positive, whose values ``positive`` gives.
     chart
         Coordinates that these have replaced; None if there are none.
     massless
         Coordinates whose inertia vanishes everywhere with the parameters that are 0.
     steep
-        Equations of the places of unbounded slopes (``Code.steep``).
+        Equations of the places of unbounded slopes, of which ``steep`` gives numbers.
     surfaces
         For each switching surface of ``abs``, ``sign``, ``min`` and ``max``, True if it hangs
         on positions and time alone (:mod:`lagrange_cli.simulate.model.switching_surfaces`).
@@ -314,7 +304,8 @@ class Model:
         if fields["quantities"] is not None:
             fields["quantities"] = tuple(ModelQuantity(**q) for q in fields["quantities"])
         fields["defaults"] = _defaults(**fields["defaults"])
-        fields["code"] = Code(**fields["code"])
+        functions = StoredFunctions(**fields["code"]["functions"])
+        fields["code"] = Code(**{**fields["code"], "functions": functions})
         fields["labels"] = Labels(**fields["labels"])
         fields["singular"] = tuple(_place(**place) for place in fields["singular"])
         fields["chart"] = None if fields["chart"] is None else _chart(**fields["chart"])
@@ -340,13 +331,14 @@ def _chart(
     coordinates: list[str],
     kinds: list[str],
     start: list[float] | None,
-    python: str,
+    functions: dict[str, str],
     steady: list[str],
     positive: list[str],
 ) -> FormerChart:
     begun = None if start is None else tuple(start)
     names = tuple(coordinates), tuple(kinds)
-    return FormerChart(*names, begun, python, tuple(steady), tuple(positive))
+    stored = StoredFunctions(**functions)
+    return FormerChart(*names, begun, stored, tuple(steady), tuple(positive))
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 import sympy
 
-from lagrange_cli.emit.python.functions import module_source
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.simulate.model.expressions import (
     outputs_program,
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.program.program import Program
 
 #: Exponents that are watched; systems with more of them have none that is.
 _MOST_EXPONENTS = 32
@@ -118,15 +118,14 @@ def steep_places(equations: Equations, arguments: Sequence[Expr]) -> tuple[str, 
     return tuple(f"{to_scene_language(g, equations)} = 0" for g in arguments)
 
 
-def steep_source(equations: Equations, arguments: Sequence[Expr]) -> str:
-    """Write a Python module whose function ``outputs`` evaluates the arguments and their rates.
+def steep_program(equations: Equations, arguments: Sequence[Expr]) -> Program | None:
+    """Make the program that evaluates the arguments and their rates; None without arguments.
 
     It gives all arguments, then their first and their second rates; a second rate is 0 if the
-    argument depends on velocities. It reads accelerations behind the parameters. The text is
-    empty if there are no arguments.
+    argument depends on velocities. It reads accelerations behind the parameters.
     """
     if not arguments:
-        return ""
+        return None
     first, second = rates(arguments, equations, derivative)
     every = [*arguments, *first, *second]
-    return module_source({"outputs": outputs_program(with_accelerations(equations), every)})
+    return outputs_program(with_accelerations(equations), every)

@@ -43,11 +43,12 @@ def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> A
 
 def _interpreted(model: Model, functions: RightHandSide) -> ParameterTable:
     """Make the interpreted table of forces."""
-    forces, recorded = functions_of(model.code.forces), functions.recorded_inputs
+    forces = functions_of(model.code.functions)["forces"]
+    recorded = functions.recorded_inputs
 
     def row(time: float, state: Array, known: Array) -> Array:
-        inputs = [lambda t, *_: recorded.pieces.values(t)] if recorded else []
-        return np.asarray(forces["outputs"](time, state, known.tolist(), *inputs))
+        inputs = recorded.pieces.values(time) if recorded else []
+        return np.asarray(forces(time, state, known.tolist(), inputs))
 
     def rows(t: Array, y: Array, known: Array) -> Array:
         table = [row(*sample) for sample in zip(t.tolist(), y, known, strict=True)]

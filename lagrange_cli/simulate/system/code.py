@@ -14,13 +14,16 @@ from typing import Any
 
 import numpy as np
 
+from lagrange_cli.program.interpreter.interpreter import Runnable
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.events import NativeEvents
 from lagrange_cli.simulate.integrators.native.c_types import POINTER, RHS
 from lagrange_cli.simulate.integrators.right_hand_side import InputPieces, StructuredRhs
 from lagrange_cli.simulate.model.model import Model
+from lagrange_cli.simulate.system.impacts import Impacts
 from lagrange_cli.simulate.system.libraries import Libraries
-from lagrange_cli.simulate.system.rounding import SURFACE_NUMBERS, parameter_values
+from lagrange_cli.simulate.system.projection import projection
+from lagrange_cli.simulate.system.rounding import first_flag, parameter_values
 from lagrange_cli.simulate.system.tables import (
     StateFunction,
     Table,
@@ -123,7 +126,7 @@ class NativeCode(ModelCode):
         u = None if inputs is None else inputs.address(inputs.pieces.at(t))
         state, numbers, work = self._places
         status = self._reset(t, state, u, numbers, event, bounce, work)
-        first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
+        first = first_flag(model)
         flags = self._parameters[first : first + len(model.contacts)].copy()
         if status:
             return None, flags if status == _DEADLOCK else np.zeros_like(flags)
@@ -131,24 +134,24 @@ class NativeCode(ModelCode):
 
 
 class InterpretedCode(ModelCode):
-    """The functions of a module of Python; ``guard`` ends right-hand sides somewhere."""
+    """The functions of a model run by Python; ``guard`` ends right-hand sides somewhere."""
 
     def __init__(
         self,
         model: Model,
-        functions: Mapping[str, Callable[..., Any]],
+        functions: Mapping[str, Runnable],
         pieces: InputPieces | None,
         guard: Callable[[StructuredRhs], StructuredRhs] = lambda rhs: rhs,
     ) -> None:
         self._functions, self._pieces, self._guard = functions, pieces, guard
-        self._python, self._known = model.code.python, len(parameter_values(model))
+        self._model, self._known = model, len(parameter_values(model))
 
-    def _constrained(self, name: str, parameters: Array, project: str) -> StructuredRhs:
-        """Bind a right-hand side with a projection, if the module has that."""
+    def _constrained(self, name: str, parameters: Array, kind: str) -> StructuredRhs:
+        """Bind a right-hand side with a projection, if there are closures."""
         numbers, functions = parameters.tolist(), self._functions
         # Without the factors of rounding.
         known = numbers[: self._known]
-        change = functions.get("shifted_change") if project == "project" else None
+        change = None if kind else functions.get("shifted_change")
 
         def shift(t: float, q: Array, there: Array) -> Array:
             assert change is not None
@@ -158,16 +161,16 @@ class InterpretedCode(ModelCode):
             functions[name],
             numbers,
             self._pieces,
-            tracer(self._python, name),
-            bound(functions[project], known, None) if project in functions else None,
+            tracer(self._model.code.functions, name),
+            projection(functions, known, kind),
             None if change is None else shift,
         )
 
     def side(self, name: str, parameters: Array) -> StructuredRhs:
-        return self._guard(self._constrained(name, parameters, "project"))
+        return self._guard(self._constrained(name, parameters, ""))
 
     def contact_side(self, name: str, parameters: Array) -> StructuredRhs:
-        return self._constrained(name, parameters, "contact_project")
+        return self._constrained(name, parameters, "contact_")
 
     def table(self, name: str, columns: int, parameters: Array) -> Table:
         function = self._functions[name]
@@ -179,8 +182,10 @@ class InterpretedCode(ModelCode):
         return table
 
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
-        function = bound(self._functions[name], parameters.tolist(), self._pieces)
-        return interpreted_state_function(function)
+        numbers = parameters.tolist()
+        if name == "events":
+            return lambda t, y: self._impacts(t, y, numbers).events()
+        return interpreted_state_function(bound(self._functions[name], numbers, self._pieces))
 
     def events(self, name: str, parameters: Array) -> NativeEvents | None:
         return None
@@ -188,8 +193,9 @@ class InterpretedCode(ModelCode):
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
     ) -> tuple[Array | None, Array]:
-        pieces = self._pieces
-        inputs = [] if pieces is None else [lambda t, *_: pieces.values(t)]
-        numbers = parameters.tolist()
-        state, flags = self._functions["reset"](t, y, numbers, *inputs, event, bounce)
-        return None if state is None else np.array(state), np.array(flags)
+        return self._impacts(t, np.array(y, float), parameters.tolist()).reset(event, bounce)
+
+    def _impacts(self, t: float, y: Array, parameters: list[float]) -> Impacts:
+        inputs = [] if self._pieces is None else self._pieces.values(t)
+        first, count = first_flag(self._model), len(self._model.contacts)
+        return Impacts(self._functions, t, y, parameters, inputs, first, count)

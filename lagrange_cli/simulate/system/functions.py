@@ -25,7 +25,7 @@ from lagrange_cli.simulate.system.code import InterpretedCode, ModelCode, Native
 from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.inputs import RecordedInputs, read_recorded_inputs, with_functions
 from lagrange_cli.simulate.system.libraries import Libraries, pieces_of
-from lagrange_cli.simulate.system.rounding import SURFACE_NUMBERS, parameter_values
+from lagrange_cli.simulate.system.rounding import first_flag, parameter_values
 from lagrange_cli.simulate.system.singular_guard import guarded_rhs, singular_factors
 from lagrange_cli.simulate.system.surfaces import MakeSurfaces, surfaces_maker
 from lagrange_cli.simulate.system.tables import (
@@ -236,7 +236,7 @@ class _Evaluators:
         def side(flight: Rhs, pattern: int) -> ContactRhs:
             name = "contact_disturbed" if pattern else "contact_rhs"
             parameters = parameter_values(model, pattern)
-            first = len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
+            first = first_flag(model)
             of_contacts = None if surfaces is None else partial(surfaces, pattern, "contact_")
             count, code = len(model.contacts), self.code(pattern, None)
             return ContactRhs(flight, code, name, parameters, first, count, of_contacts)
@@ -404,7 +404,7 @@ def interpreted(
     InputError
         A file of inputs cannot be read.
     """
-    functions = functions_of(model.code.python)
+    functions = functions_of(model.code.functions)
     inputs = with_functions(read_recorded_inputs(model.recordings), driven)
 
     def code(pattern: int, guards: Array | None) -> InterpretedCode:

@@ -126,7 +126,7 @@ class Libraries:
         """
         if parameters is None:
             parameters = parameter_values(self.model, pattern, self._real)
-        guarded, trace = "", tracer(self.model.code.python, name)
+        guarded, trace = "", tracer(self.model.code.functions, name)
         if guards is not None:
             guarded, trace = "guarded_", _reading(trace, len(parameters))
             parameters = np.concatenate([self._real.array(part) for part in (parameters, guards)])

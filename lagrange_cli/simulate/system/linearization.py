@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.emit.python.functions import module_source, program_of
-from lagrange_cli.program.emitted_functions import constraint_programs, derivative_programs
+from lagrange_cli.program.emitted_functions import (
+    constraint_programs,
+    derivative_programs,
+    program_of,
+)
+from lagrange_cli.program.interpreter.interpreter import compiled
+from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.system.inputs import read_recorded_inputs
 from lagrange_cli.simulate.system.tables import bound
-from lagrange_cli.simulate.system.tracing import functions_of
+from lagrange_cli.simulate.system.tracing import InterpretedFunctions
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -40,7 +45,9 @@ class LinearFunctions:
             for name, program in derivatives.items()
             if program.jacobian is not None
         }
-        self._functions = functions_of(module_source(programs))
+        self._functions = InterpretedFunctions(
+            {name: lowered(program, name) for name, program in programs.items()}
+        )
         self._parameters = [float(p.value or np.nan) for p in equations.system.parameters]
         self._input = _inputs_of(equations, self._parameters) if equations.system.inputs else None
 
@@ -93,16 +100,14 @@ class LinearFunctions:
                 into[k][list(rows), list(columns)] = values
 
     def _at(self, name: str, t: float, y: Array, u: Array) -> Any:
-        function = self._functions.get(name) or self._functions[f"_{name}"]
-        driven = [lambda *_: u] if self._driven else []
-        return function(float(t), y, self._parameters, *driven)
+        return self._functions[name](float(t), y, self._parameters, u.tolist())
 
 
 def _inputs_of(equations: Equations, parameters: list[float]) -> Any:
     """Make the function of t and y that evaluates the scene's inputs."""
     asked = tuple((u.name, u.symbol) for u in equations.system.inputs)
     known = substitute_inputs(replace(equations, system=replace(equations.system, outputs=asked)))
-    function = functions_of(module_source({"outputs": program_of(known, "outputs")}))["outputs"]
+    function = compiled(lowered(program_of(known, "outputs"), "outputs"))
     files = tuple(u.recording for u in equations.system.inputs if u.recording is not None)
     recorded = read_recorded_inputs(files)
     return bound(function, parameters, None if recorded is None else recorded.pieces)

@@ -76,6 +76,11 @@ _CONTACT_NUMBERS = 2
 SURFACE_NUMBERS = 2
 
 
+def first_flag(model: Model) -> int:
+    """Return the place of the first contact's flag among the numbers that code reads."""
+    return len(model.parameters) + SURFACE_NUMBERS * len(model.surfaces)
+
+
 def parameter_values(model: Model, pattern: int = 0, real: NativeReal = DOUBLE) -> Array:
     """Return the parameters, then the numbers of each surface, then those of each contact.
 

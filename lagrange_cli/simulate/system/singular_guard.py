@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, cast
 
 import numpy as np
 
@@ -33,23 +31,16 @@ WHILE_MOVING = 1.0
 ALWAYS = 2.0
 
 
-@lru_cache(maxsize=16)
-def _outputs(code: str) -> Callable[..., Any]:
-    return cast("Callable[..., Any]", functions_of(code)["outputs"])
-
-
 def singular_factors(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers vanish at singular configurations."""
-    parameters, function = model.numbers, _outputs(model.code.singular)
-    return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
+    return functions_of(model.code.functions)["singular"].bound(model.numbers)
 
 
 def positive_values(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers are positive where the equations hold."""
     if not model.positive:
         return lambda t, y: np.empty(0)
-    parameters, function = model.numbers, _outputs(model.code.positive)
-    return lambda t, y: np.asarray(function(t, y, parameters), dtype=float)
+    return functions_of(model.code.functions)["positive"].bound(model.numbers)
 
 
 def _passable(model: Model) -> list[int]:

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lagrange_cli.program.interpreter.interpreter import Runnable
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.right_hand_side import (
@@ -86,7 +87,7 @@ class _BoundRhs(StructuredRhs):
     Attributes
     ----------
     function
-        The function of t, y, parameters, and inputs if there are any.
+        The function of t, y, parameters and inputs.
     parameters
         Values of its parameters.
     inputs
@@ -99,7 +100,7 @@ class _BoundRhs(StructuredRhs):
         As those of any :class:`.right_hand_side.StructuredRhs`.
     """
 
-    function: Callable[..., Any]
+    function: Runnable
     parameters: list[float]
     inputs: Array | None
     trace: Tracer | None
@@ -108,14 +109,15 @@ class _BoundRhs(StructuredRhs):
     shift: Shift | None
 
     @cached_property
-    def _arguments(self) -> list[Any]:
-        if self.inputs is None:
-            return [self.parameters]
-        values, driven = self.inputs.tolist(), self.driven
-        return [self.parameters, lambda t, *_: [*values, *(function(t) for function in driven)]]
+    def _of_state(self) -> Callable[[float, Array], Any]:
+        function, parameters, driven = self.function, self.parameters, self.driven
+        values = [] if self.inputs is None else self.inputs.tolist()
+        if not driven:
+            return function.bound(parameters, values)
+        return lambda t, y: function(t, y, parameters, [*values, *(u(t) for u in driven)])
 
     def __call__(self, t: float, y: Array) -> Any:
-        return self.function(t, y, *self._arguments)
+        return self._of_state(t, y)
 
     @property
     def expressions(self) -> Expressions | None:
@@ -126,7 +128,7 @@ class _BoundRhs(StructuredRhs):
 
 
 def bound(
-    function: Callable[..., Any],
+    function: Runnable,
     parameters: list[float],
     pieces: InputPieces | None,
     trace: Tracer | None = None,

@@ -132,7 +132,7 @@ def _in_digits(
     # Imported where a conviction is looked at again: most runs need none of it.
     from mpmath import mp, mpf
 
-    energy, parameters = in_mpmath(model.code.python, "energy"), parameter_values(model)
+    energy, parameters = in_mpmath(model.code.functions, "energy"), parameter_values(model)
 
     def exact(t: float, y: Array, moved: Array | None) -> Any:
         with mp.workdps(_DIGITS):

@@ -171,11 +171,11 @@ def unbounded_slopes(model: Model, functions: RightHandSide) -> UnboundedSlopes 
     if not model.steep:
         return None
     numbers = parameter_values(model).tolist()
-    function, recorded = functions_of(model.code.steep)["outputs"], functions.recorded_inputs
-    inputs = [] if recorded is None else [lambda t, *_: recorded.pieces.values(t)]
+    function, recorded = functions_of(model.code.functions)["steep"], functions.recorded_inputs
 
     def rates(t: float, y: Array, a: Array) -> Array:
-        values = function(t, y, [*numbers, *a.tolist()], *inputs)
+        inputs = [] if recorded is None else recorded.pieces.values(t)
+        values = function(t, y, [*numbers, *a.tolist()], inputs)
         return np.asarray(values, dtype=float).reshape(3, -1)
 
     sides = (functions.rhs, *functions.perturbed)

@@ -141,7 +141,7 @@ class Ground:
         model, start = self.model, self.model.initial
         if start is None or model.recordings:
             return start is not None
-        function, k = functions_of(model.code.python)["rhs"], model.coordinates.index(name)
+        function, k = functions_of(model.code.functions)["rhs"], model.coordinates.index(name)
         numbers, t = parameter_values(model).tolist(), model.defaults.start
         moved = [*start[:k], start[k] + 1.0, *start[k + 1 :]]
         here, there = (function(t, state, numbers) for state in (list(start), moved))

@@ -1,6 +1,6 @@
 """An expression over t, the state and the parameters as a graph, evaluated with interval series.
 
-The Python text of a model's outputs is run once over objects, each of which remembers by which
+A model's outputs are evaluated once over objects, each of which remembers by which
 operation it was made.
 """
 
@@ -14,6 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.interpreter.arithmetic import objects
+from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.simulate.ensemble.reduce import interval_series as series
 from lagrange_cli.simulate.ensemble.reduce.interval_series import Series
 from lagrange_cli.simulate.integrators.base import UnfitError
@@ -72,17 +75,8 @@ class Node:
         return Node("abs", self)
 
     def __gt__(self, second: float) -> bool:
-        # Texts compare to tell whether a state has accelerations; graphs are of those that have.
+        # Comparisons tell whether a state has accelerations; graphs are of those that have.
         return True
-
-
-#: Functions of programs that texts call, by their names there.
-_CALLED = {
-    **{name: name for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")},
-    **{name: name for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
-    **{name: name for name in ("sqrt", "exp", "log", "pow", "abs")},
-    **{f"_{name}": name for name in ("sign", "min", "max")},
-}
 
 
 @dataclass(frozen=True)
@@ -117,26 +111,24 @@ def outputs_of(model: Model, inputs: int) -> Outputs | None:
     if model.driven:
         return None
     sizes = len(model.coordinates), len(parameter_values(model)), inputs
-    return _traced(model.code.python, model.outputs, *sizes)
+    return _traced(model.code.functions, model.outputs, *sizes)
 
 
 @cache
 def _traced(
-    code: str, names: tuple[str, ...], n: int, parameters: int, inputs: int
+    code: StoredFunctions, names: tuple[str, ...], n: int, parameters: int, inputs: int
 ) -> Outputs | None:
     t, *leaves = (Node("input") for _ in range(1 + 2 * n + parameters + inputs))
     state, known, pieces = leaves[: 2 * n], leaves[2 * n :][:parameters], leaves[2 * n :]
     pieces = pieces[parameters:]
-    functions = {text: partial(Node, name) for text, name in _CALLED.items()}
-    arguments = [lambda *_: pieces] if inputs else []
-    called = over_objects(code, functions)
+    called = over_objects(code, objects({name: partial(Node, name) for name in PROGRAM_FUNCTIONS}))
     try:
-        values = called("outputs", t, state, known, *arguments)
+        values = called("outputs", t, state, known, pieces)
     except UnfitError:
         return None
     made = dict(zip(names, values, strict=False))
     try:
-        rates = tuple(called("rhs", t, state, known, *arguments))
+        rates = tuple(called("rhs", t, state, known, pieces))
     except UnfitError:
         rates = None
     return Outputs(t, tuple(state), tuple(known), tuple(pieces), made, rates)
