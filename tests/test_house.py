@@ -202,5 +202,15 @@ def test_names_have_a_noun() -> None:
     ]
 
 
+def test_no_text_is_run() -> None:
+    """Functions are values that are interpreted: none is won back from text of a language."""
+    assert not [
+        place(path, node)
+        for path in FILES
+        for node in nodes(path)
+        if isinstance(node, ast.Name) and node.id in ("exec", "eval", "compile", "__import__")
+    ]
+
+
 def test_constants_say_why() -> None:
     assert not [place(p) for p in FILES if "set by hand" in p.read_text(encoding="utf-8")]

@@ -15,8 +15,7 @@ from lagrange_cli.program.program import build_program
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import library_source
-from lagrange_cli.simulate.system.impacts import Impacts
-from lagrange_cli.simulate.system.projection import projection
+from lagrange_cli.simulate.system.constraints import Impacts, projection
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.emitted_c import shared_library

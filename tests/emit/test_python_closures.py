@@ -11,7 +11,7 @@ import pytest
 
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.simulate.native.rounding_model import perturb
-from lagrange_cli.simulate.system.projection import projection
+from lagrange_cli.simulate.system.constraints import projection
 from tests.emit import emit_closures as closures
 from tests.emit.closed_code import (
     CASES,

@@ -147,10 +147,10 @@ def _function(
     coordinates: int,
     parameters: int,
     driven: int,
-    given: Sequence[str],
+    earlier: Sequence[str],
 ) -> Function:
     sizes = tuple(shape), coordinates, parameters, driven
-    return Function(name, ProgramKind[kind], _read_steps(body), *sizes, tuple(given))
+    return Function(name, ProgramKind[kind], _read_steps(body), *sizes, tuple(earlier))
 
 
 def _read_steps(body: Sequence[Any]) -> tuple[Step, ...]:

@@ -20,9 +20,8 @@ from lagrange_cli.simulate.integrators.events import NativeEvents
 from lagrange_cli.simulate.integrators.native.c_types import POINTER, RHS
 from lagrange_cli.simulate.integrators.right_hand_side import InputPieces, StructuredRhs
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.system.impacts import Impacts
+from lagrange_cli.simulate.system.constraints import Impacts, projection
 from lagrange_cli.simulate.system.libraries import Libraries
-from lagrange_cli.simulate.system.projection import projection
 from lagrange_cli.simulate.system.rounding import first_flag, parameter_values
 from lagrange_cli.simulate.system.tables import (
     StateFunction,
