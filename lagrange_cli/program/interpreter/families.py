@@ -18,7 +18,7 @@ from lagrange_cli.program.graph.operands import (
     Sum,
     Variable,
 )
-from lagrange_cli.program.interpreter.solvers import solve
+from lagrange_cli.program.interpreter.solvers import solution
 from lagrange_cli.program.interpreter.values import matrix_places, solution_shape
 from lagrange_cli.program.lowered.functions import (
     RESULTS,
@@ -136,7 +136,7 @@ def _solved(step: Solve) -> _Action:
 
     def action(names: _Names) -> None:
         entries, sides = names[matrix.name][numbers], names[vector.name][right]
-        names[vector.name][right] = solve(step, entries, sides)
+        names[vector.name][right] = solution(step, entries.tolist(), sides.tolist())
 
     return action
 

@@ -21,7 +21,15 @@ from lagrange_cli.program.lowered.functions import Function, Scope
 
 
 class Runnable(Protocol):
-    """A function of t, y, p and u; results are an array, a number, or a list of objects."""
+    """A function of t, y, p and u; results are an array, a number, or a list of objects.
+
+    Attributes
+    ----------
+    size
+        Number of results.
+    """
+
+    size: int
 
     def __call__(self, t: Any, y: Any, p: Sequence[Any], u: Sequence[Any] = ()) -> Any: ...
 
@@ -65,6 +73,7 @@ class _Planned:
         self, plan: Plan, function: Function, arithmetic: Arithmetic, earlier: list[Runnable]
     ) -> None:
         self._plan, self._arithmetic, self._earlier = plan, arithmetic, earlier
+        self.size = math.prod(function.shape)
         self._ended = _ended(function) if arithmetic.of_doubles else list
         self._failure = _failure(function) if arithmetic.of_doubles else _refuse
 
@@ -163,6 +172,7 @@ class _Unplanned:
 
     def __init__(self, run: Callable[[Any, Any, Any, Any], Any], function: Function) -> None:
         self._function, self._failure = run, _failure(function)
+        self.size = math.prod(function.shape)
         self._ended = _ended(function)
 
     def __call__(self, t: Any, y: Any, p: Sequence[Any], u: Sequence[Any] = ()) -> Any:

@@ -7,4 +7,4 @@ and are translated from their source. A solver overwrites its arguments, puts th
 of the right-hand side, and returns whether there is one. Read ``elimination`` first.
 """
 
-__all__ = ["projection", "registry"]
+__all__ = ["numbers", "projection", "registry"]
