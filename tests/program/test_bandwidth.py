@@ -143,7 +143,7 @@ def test_a_band_gives_what_pivoting_gives(name, tmp_path, monkeypatch, straight)
             status, found = compiled(function, 0.0, y, p, size)
             assert status == 0
             assert np.abs(found - expected).max() < close
-        for function in ("_position_change", "_velocity_change"):
+        for function in ("position_change", "velocity_change"):
             expected = whole[function](0.0, y, p)
             assert (
                 np.abs(python[function](0.0, y, p) - expected).max() < 1e-9 * np.abs(expected).max()

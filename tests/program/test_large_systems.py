@@ -166,7 +166,7 @@ def test_emitted_code_gives_what_a_dense_solution_gives(name, tmp_path):
             close = 1e-12 * np.abs(expected).max()
             assert np.abs(found - expected).max() < close
             assert np.abs(python[function](0.0, y, p) - expected).max() < close
-        for function, expected in (("_position_change", change), ("_velocity_change", rates)):
+        for function, expected in (("position_change", change), ("velocity_change", rates)):
             found = python[function](0.0, y, p)
             assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
         status, found = compiled("constraints", 0.0, y, p, 2 * m)
