@@ -14,7 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import Emitter, Option, OptionValue, Package, unknown_choice
-from lagrange_cli.emit.naming import C_HEADERS, PYTHON_MODULES
+from lagrange_cli.emit.naming import C_HEADERS, OCTAVE_RESERVED, PYTHON_MODULES
 from lagrange_cli.report.document_options import DOCUMENTS
 
 if TYPE_CHECKING:
@@ -63,6 +63,12 @@ def _packed_fmu(name: str, texts: Mapping[str, str]) -> Package:
     from lagrange_cli.emit.fmu.module import pack_unit
 
     return pack_unit(name, texts)
+
+
+def _octave(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.languages.octave import emit_octave
+
+    return emit_octave(equations, options)
 
 
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -163,6 +169,14 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_fortran,
             options=(Option("main", "a program that integrates and prints CSV"),),
+        ),
+        Emitter(
+            name="octave",
+            title="Octave and MATLAB: a file that returns functions, runnable as a script",
+            extensions=(".m",),
+            single_file=True,
+            run=_octave,
+            reserved=OCTAVE_RESERVED,
         ),
         Emitter(
             name="fmu",

@@ -51,6 +51,16 @@ PYTHON_MODULES = (
     | {"casadi", "jax", "numpy", "sitecustomize", "usercustomize"}
 )
 
+_OCTAVE_WORDS = """
+break case catch classdef continue do else elseif elseif end end_try_catch end_unwind_protect
+endclassdef endenumeration endevents endfor endfunction endif endmethods endparfor endproperties
+endswitch endwhile enumeration events for function global if methods otherwise parfor persistent
+properties return spmd switch try until unwind_protect unwind_protect_cleanup while
+"""
+
+#: Keywords of Octave and MATLAB.
+OCTAVE_RESERVED = frozenset(_OCTAVE_WORDS.split())
+
 _C_HEADERS = """
 aio alloca assert byteswap complex cpio crypt ctype dirent dlfcn elf endian err errno
 error execinfo fcntl features fenv float fmtmsg fnmatch ftw getopt glob grp iconv ieee754 inttypes

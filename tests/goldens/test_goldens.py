@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli import __version__
+from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import run
 
 HERE = Path(__file__).resolve().parent
@@ -38,6 +39,8 @@ class Golden:
         Further options of ``emit``, by format.
     documents
         False for code alone: ``test_reports`` has the documents.
+    languages
+        Languages besides C and Python.
     """
 
     scene: str
@@ -45,6 +48,7 @@ class Golden:
     emit: tuple[str, ...] = ()
     formats: tuple[tuple[str, tuple[str, ...]], ...] = ()
     documents: bool = True
+    languages: tuple[str, ...] = ()
 
     def commands(self) -> dict[str, list[str]]:
         """What is run, by the name of the file that takes standard output; "" takes none."""
@@ -57,7 +61,7 @@ class Golden:
         documents = ("latex", "typst", "html") if self.documents else ()
         emissions = {
             f"({to})": ["emit", scene, "--to", to, "-o", ".", *self.emit, *further.get(to, ())]
-            for to in ("c", "python", *documents)
+            for to in ("c", "python", *self.languages, *documents)
         }
         return derivations | emissions if self.documents else emissions
 
@@ -68,6 +72,8 @@ GOLDENS = {
         "pendulums/pendulum.yaml",
         derive=("--form", "multiplier", "--forces"),
         emit=("--formulation", "multiplier"),
+        formats=(("fortran", ("--main",)),),
+        languages=("fortran", "javascript", "octave"),
     ),
     "double_pendulum": Golden(
         "pendulums/double_pendulum.yaml",
@@ -133,7 +139,7 @@ def test_outputs_are_those_that_were_approved(
 def test_every_folder_of_outputs_has_its_scene_and_all_formats() -> None:
     assert {path.name for path in OUTPUTS.iterdir()} == set(GOLDENS)
     for folder in OUTPUTS.iterdir():
-        suffixes = sorted(path.suffix for path in files(folder))
-        documents = [".html", ".json", ".tex", ".txt", ".typ"]
-        has_documents = GOLDENS[folder.name].documents
-        assert suffixes == sorted([".c", ".h", ".py", *(documents if has_documents else [])])
+        golden = GOLDENS[folder.name]
+        code = [e for to in ("c", "python", *golden.languages) for e in EMITTERS[to].extensions]
+        documents = [".html", ".json", ".tex", ".txt", ".typ"] if golden.documents else []
+        assert sorted(path.suffix for path in files(folder)) == sorted([*code, *documents])

@@ -185,25 +185,25 @@ class Language(ABC):
         """Return a number of an array, by an index from ``first`` on."""
         return f"{name}[{index}]"
 
-    # -- what a language says of routines --------------------------------------------
+    # -- what a language says of routines, unless it has solvers of its own -----------
 
-    @abstractmethod
     def routine_head(self, routine: Signature) -> list[str]:
         """Return the lines that begin a routine, with its documentation."""
+        raise NotImplementedError
 
     def routine_foot(self, routine: Signature) -> list[str]:
         """Return the lines that end a routine."""
         return [self.ended]
 
-    @abstractmethod
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         """Return the first assignment of a variable in its block; ``fixed``: the only one."""
+        raise NotImplementedError
 
-    @abstractmethod
     def counting(
         self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
     ) -> tuple[str, str]:
         """Return the lines around a loop from ``start`` on to below ``stop``, or the same down."""
+        raise NotImplementedError
 
     def augmented(self, target: str, operator: str, text: str) -> str:
         """Return the statement that changes a number."""

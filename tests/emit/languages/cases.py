@@ -10,6 +10,7 @@ import sympy as sp
 from lagrange_cli import loads
 from lagrange_cli.emit.languages.fortran import Fortran
 from lagrange_cli.emit.languages.javascript import JavaScript
+from lagrange_cli.emit.languages.octave import Octave
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.test_c import HOSTILE, LARGE, ROWS, hostile
@@ -19,7 +20,7 @@ from tests.program.test_program import one_coordinate
 from tests.systems.shipped import SCENES
 
 #: Words that some language reserves.
-RESERVED = sorted(JavaScript.reserved | Fortran.reserved)
+RESERVED = sorted(JavaScript.reserved | Fortran.reserved | Octave.reserved)
 
 #: Names that a language may take for others: in capitals, alike in their first letters, not ASCII.
 ALIKE = ["theta", "Theta", "THETA", "w0", "W0", "long" * 20, "long" * 20 + "er", "θ", "x[1]", "x_1"]

@@ -73,17 +73,12 @@ class Driver(ABC):
         """Return the command that reads calls of functions of the modules."""
 
     @abstractmethod
-    def script(self, module: Module) -> list[str]:
-        """Return the command that runs the script of a module."""
+    def script(self, module: Module, words: list[str]) -> list[str]:
+        """Return the command that runs the script of a module with arguments."""
 
     def require(self) -> None:
         """Skip the test where a program is missing; in CI it fails."""
-        for program in self.programs:
-            if shutil.which(program) is None:
-                message = f"{program} is not installed"
-                if os.environ.get("CI") == "true":
-                    pytest.fail(message)
-                pytest.skip(message)
+        require(*self.programs)
 
     def emitted(self, equations: Equations, folder: Path) -> Module:
         """Write the files of a scene."""
@@ -108,9 +103,19 @@ class Driver(ABC):
     def rows(self, module, **arguments):
         """Run the script and return its table, without the heading."""
         words = [f"{name}={value!r}" for name, value in arguments.items()]
-        printed = executed([*self.script(module), *words], "", module.folder).splitlines()
+        printed = executed(self.script(module, words), "", module.folder).splitlines()
         assert printed[0] == ",".join(("t", *module.interface.state))
         return [[float(x) for x in line.split(",")] for line in printed[1:]]
+
+
+def require(*programs):
+    """Skip the test where a program is missing; in CI it fails."""
+    for program in programs:
+        if shutil.which(program) is None:
+            message = f"{program} is not installed"
+            if os.environ.get("CI") == "true":
+                pytest.fail(message)
+            pytest.skip(message)
 
 
 def _numbers(call):

@@ -80,11 +80,11 @@ class Fortran(Driver):
         executed(words, "", folder)
         return [str(folder / "calls")]
 
-    def script(self, module):
+    def script(self, module, words):
         program = module.folder / "main"
         if not program.exists():
             executed([*COMPILE, "-O1", *module.files, "-o", program], "", module.folder)
-        return [str(program)]
+        return [str(program), *words]
 
 
 def _scene(k, module):

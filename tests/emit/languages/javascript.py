@@ -35,5 +35,5 @@ class JavaScript(Driver):
         program.write_text("\n".join([*lines, f"const MODULES = [{named}];", _PROGRAM]))
         return ["node", str(program)]
 
-    def script(self, module):
-        return ["node", str(module.files[0])]
+    def script(self, module, words):
+        return ["node", str(module.files[0]), *words]

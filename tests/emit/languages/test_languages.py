@@ -12,10 +12,11 @@ from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from tests.emit.languages.cases import CASES, MORE, built
 from tests.emit.languages.fortran import Fortran
 from tests.emit.languages.javascript import JavaScript
+from tests.emit.languages.octave import Octave
 from tests.emit.languages.reference import calls, states_at
 from tests.systems.shipped import APART, SCENES, SLICE, derived
 
-DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran())}
+DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran(), Octave())}
 
 #: Largest error of a result, relative to the sum of the magnitudes that it is made of.
 TOLERANCE = 1e-13
