@@ -71,6 +71,18 @@ def _octave(equations: Equations, options: Mapping[str, OptionValue]) -> dict[st
     return emit_octave(equations, options)
 
 
+def _cpp(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.languages.cpp import emit_cpp
+
+    return emit_cpp(equations, options)
+
+
+def _rust(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.languages.rust import emit_rust
+
+    return emit_rust(equations, options)
+
+
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.pictures.sketch.tikz import emit_tikz
 
@@ -88,6 +100,8 @@ _JACOBIAN = Option(
     "derivatives of accelerations",
     further=True,
 )
+
+_MAIN = Option("main", "a main that integrates and prints CSV")
 
 _LINEARIZATION = Option(
     "linearization",
@@ -130,7 +144,7 @@ EMITTERS: dict[str, Emitter] = {
                     choices=("float", "double", "long-double"),
                     default="double",
                 ),
-                Option("main", "a main that integrates and prints CSV"),
+                _MAIN,
                 _JACOBIAN,
                 _LINEARIZATION,
                 _CANONICAL,
@@ -188,6 +202,23 @@ EMITTERS: dict[str, Emitter] = {
             options=(
                 Option("fmi", "the version of the standard", choices=("2", "3"), default="2"),
             ),
+        ),
+        Emitter(
+            name="cpp",
+            title="C++17: a header of templates over the number type, for autodiff too",
+            extensions=(".hpp",),
+            single_file=True,
+            run=_cpp,
+            reserved=C_HEADERS,
+            options=(_MAIN,),
+        ),
+        Emitter(
+            name="rust",
+            title="Rust: a module that needs only core, and libm where there is no std",
+            extensions=(".rs",),
+            single_file=True,
+            run=_rust,
+            options=(_MAIN,),
         ),
         Emitter(
             name="tikz",

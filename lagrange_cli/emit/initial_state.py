@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import comment_text
+from lagrange_cli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -50,6 +51,14 @@ def steps_per_row(equations: Equations, rows: int, default: int) -> int:
         return default
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
     return max(1, round(min((until - defaults.start) / rows / defaults.step, _MOST_STEPS)))
+
+
+def require_coordinates(equations: Equations) -> None:
+    """Refuse a program that would integrate the motion where nothing can move."""
+    if not equations.system.coordinates:
+        problem = f"nothing can move: '{equations.presentation.name}' has no degrees of freedom"
+        hint = "leave out --main, which would integrate the motion"
+        raise InputError(Problem(problem, hint=hint, rule="nothing-moves"))
 
 
 def residual_labels(equations: Equations) -> list[str]:

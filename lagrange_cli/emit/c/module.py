@@ -34,9 +34,9 @@ from lagrange_cli.emit.c.solvers import (
     solver_text,
 )
 from lagrange_cli.emit.c.target import CTarget, real_type
+from lagrange_cli.emit.initial_state import require_coordinates
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.emit.shared_code import programs_of_momenta
-from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
@@ -80,8 +80,8 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         A constant is outside the range of the number type; ``main`` is asked for where
         nothing can move.
     """
-    if options["main"] and not equations.system.coordinates:
-        raise _nothing_to_integrate(equations)
+    if options["main"]:
+        require_coordinates(equations)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
     linearized = bool(options["linearization"] and equations.system.coordinates)
@@ -136,16 +136,6 @@ def _programs(equations: Equations) -> dict[str, Program]:
         return programs | constraint_programs(equations, programs["rhs"])
     flight = {"flight_rhs": programs.pop("rhs")}
     return flight | programs | contact_programs(with_contact_flags(equations))
-
-
-def _nothing_to_integrate(equations: Equations) -> InputError:
-    return InputError(
-        Problem(
-            f"nothing can move: '{equations.presentation.name}' has no degrees of freedom",
-            hint="leave out --main, which would integrate the motion",
-            rule="nothing-moves",
-        )
-    )
 
 
 def _source(

@@ -8,15 +8,22 @@ language allows it.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import prod
 from textwrap import wrap
 from typing import ClassVar
 
 from lagrange_cli.emit.languages.interface import Interface, is_input
-from lagrange_cli.emit.languages.signatures import Signature
-from lagrange_cli.program.graph.operands import COUNTED, AffineIndex, Coefficient, Element, Operand
+from lagrange_cli.emit.languages.signatures import Signature, signature_of
+from lagrange_cli.program.graph.operands import (
+    COUNTED,
+    PROGRAM_FUNCTIONS,
+    AffineIndex,
+    Coefficient,
+    Element,
+    Operand,
+)
 from lagrange_cli.program.lowered.functions import (
     EPSILON,
     For,
@@ -32,9 +39,11 @@ from lagrange_cli.program.lowered.functions import (
     Store,
     Total,
     names_read,
+    operands_in,
     steps_in,
 )
-from lagrange_cli.program.printing import Dialect, double_literal, expression_text
+from lagrange_cli.program.lowered.routines.registry import ROUTINES
+from lagrange_cli.program.printing import Dialect, double_literal, expression_text, functions_in
 from lagrange_cli.program.systems.loops import table_name
 
 #: Counters of nested loops, outermost first.
@@ -111,21 +120,26 @@ class Language(ABC):
 
     def __init__(self, interface: Interface) -> None:
         self.interface = interface
-        names = {**interface.names, EPSILON: self.number(_ROUNDING)}
+        names = {**interface.names, EPSILON: self.rounding()}
         self.dialect = Dialect(self.number, self.functions, names, self.element)
         self._level = 0
         #: Arrays that the function has not made yet.
         self._arrays: dict[str, int] = {}
         #: Tables of indices that the functions printed so far look into.
         self.tables: dict[str, tuple[int, ...]] = {}
-        #: Routines that they call.
+        #: Routines that they call, and functions of numbers that these call.
         self.routines: set[str] = set()
+        self.numeric: set[str] = set()
 
     # -- what a language says --------------------------------------------------------
 
     def number(self, value: Coefficient) -> str:
         """Return a literal of double precision."""
         return double_literal(value)
+
+    def rounding(self) -> str:
+        """Return half the distance from 1 to the next number."""
+        return self.number(_ROUNDING)
 
     @abstractmethod
     def head(self, function: Function, documentation: str) -> list[str]:
@@ -245,6 +259,17 @@ class Language(ABC):
         """Return the lines of a call without a result."""
         return [f"{text};"]
 
+    def call_of(self, step: Solve, arrays: Iterable[str], table: str) -> str:
+        """Return the call of a routine by its arrays, and by tables as a format writes them."""
+        routine = signature_of(ROUTINES[step.routine])
+        passed = {
+            "int": map(str, step.sizes),
+            "reals": iter(arrays),
+            "integers": (table.format(self.table(numbers)) for numbers in step.tables),
+        }
+        arguments = ", ".join(next(passed[argument.kind]) for argument in routine.arguments)
+        return f"{routine.name}({arguments})"
+
     # -- the walk --------------------------------------------------------------------
 
     def function_lines(self, function: Function, documentation: str) -> list[str]:
@@ -260,15 +285,16 @@ class Language(ABC):
     def inputs_of(self, function: Function) -> list[str]:
         """Name the numbers of the state, of the parameters and of the inputs that are read."""
         read = {name for name in names_read(function.body) if is_input(name)}
-        n = function.coordinates
-        lines = []
-        for letter in self.named:
-            numbers = sorted(int(name[1:]) for name in read if name[0] == letter)
-            for k in numbers:
-                place = str(k + (n if letter == "v" else 0) + self.first)
-                text = self.element_text(ARRAYS[letter], place)
-                lines.append(self.let(self.interface.names[f"{letter}{k}"], text))
-        return lines
+        return [
+            self.let(self.interface.names[f"{letter}{k}"], self.argument(letter, k))
+            for letter in self.named
+            for k in sorted(int(name[1:]) for name in read if name[0] == letter)
+        ]
+
+    def argument(self, letter: str, number: int) -> str:
+        """Return the number of the arguments that an input of a program is."""
+        before = len(self.interface.coordinates) if letter == "v" else 0
+        return self.element_text(ARRAYS[letter], str(number + before + self.first))
 
     def _all(self, body: Sequence[Step]) -> Iterator[str]:
         for step in body:
@@ -316,20 +342,19 @@ class Language(ABC):
 
     def element(self, element: Element) -> str:
         """Return a number of an array."""
-        index = self._affine(element.index)
+        index = element.index
         if element.name == COUNTED:
-            return self.counted(index)
-        if element.table is not None:
-            table = self.table(element.table)
-            counter = self._affine(AffineIndex(self.first, (0,) * (self._level - 1) + (1,)))
-            looked = self.element_text(table, counter)
-            index = looked if index == "0" else f"{index}+{looked}"
-        if self.first and element.table is None:
-            shifted = AffineIndex(element.index.base + self.first, element.index.steps)
-            index = self._affine(shifted)
-        elif self.first:
-            index = f"{index}+{self.first}"
-        return self.element_text(element.name, index)
+            return self.counted(self._affine(index))
+        base = index.base + self.first
+        if element.table is None:
+            return self.element_text(element.name, self._affine(AffineIndex(base, index.steps)))
+        # Tables have no negative numbers, which are no indices everywhere.
+        least = min(element.table)
+        table = self.table(tuple(number - least for number in element.table))
+        counter = self._affine(AffineIndex(self.first, (0,) * (self._level - 1) + (1,)))
+        looked = self.element_text(table, counter)
+        place = self._affine(AffineIndex(base + least, index.steps))
+        return self.element_text(element.name, looked if place == "0" else f"{place}+{looked}")
 
     def table(self, table: tuple[int, ...]) -> str:
         """Return the name of a table of indices, which the module is to hold."""
@@ -338,13 +363,15 @@ class Language(ABC):
         return name
 
     def _affine(self, index: AffineIndex) -> str:
-        """base+step*counter+…, without what is zero."""
-        text = str(index.base) if index.base else ""
+        """base+step*counter+…, without what is zero; what is subtracted stands last, so that no
+        part of it is negative."""
+        terms = [(index.base, str(abs(index.base)))] if index.base else []
         for step, counter in zip(index.steps, COUNTERS, strict=False):
             if step:
-                term = counter if abs(step) == 1 else f"{abs(step)}*{counter}"
-                text += ("-" if step < 0 else "+" if text else "") + term
-        return text or "0"
+                terms.append((step, counter if abs(step) == 1 else f"{abs(step)}*{counter}"))
+        added = "+".join(term for factor, term in terms if factor > 0)
+        subtracted = "".join(f"-{term}" for factor, term in terms if factor < 0)
+        return added + subtracted or "0"
 
     def broken(self, line: str) -> list[str]:
         """Return a statement over several lines where it is long."""
@@ -360,3 +387,18 @@ class Language(ABC):
         width = self.width - len(self.comment)
         pieces = [piece for line in lines for piece in (wrap(line, width) or [""])]
         return [f"{self.comment}{piece}".rstrip() for piece in pieces]
+
+
+def functions_called(language: Language) -> list[str]:
+    """Return the functions of numbers that functions and routines printed so far call."""
+    functions = (function for function, _ in language.interface.functions)
+    operands = (operand for function in functions for operand in operands_in(function.body))
+    called = functions_in(operands) | language.numeric
+    return [name for name in PROGRAM_FUNCTIONS if name in called]
+
+
+def arguments_read(function: Function) -> set[str]:
+    """Return the arguments ``t``, ``y``, ``u`` and ``p`` that a function reads."""
+    read = names_read(function.body)
+    named = {ARRAYS[name[0]] for name in read if is_input(name)}
+    return named | (read & {"t", "y", "u", "p"})

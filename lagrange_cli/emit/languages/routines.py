@@ -293,6 +293,8 @@ class _Writer:
             callee = self.language.functions.get(name, name)
             if self.signature.kind(node) == "int":
                 callee = self.language.whole.get(name, callee)
+            else:
+                self.language.numeric.add(name)
             return f"{callee}({passed})"
         before, text = self._called(node, name)
         if before:

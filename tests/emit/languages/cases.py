@@ -8,9 +8,11 @@ import re
 import sympy as sp
 
 from lagrange_cli import loads
+from lagrange_cli.emit.languages.cpp import Cpp
 from lagrange_cli.emit.languages.fortran import Fortran
 from lagrange_cli.emit.languages.javascript import JavaScript
 from lagrange_cli.emit.languages.octave import Octave
+from lagrange_cli.emit.languages.rust import Rust
 from tests.emit import emit_closures as closures
 from tests.emit import emit_systems as systems
 from tests.emit.test_c import HOSTILE, LARGE, ROWS, hostile
@@ -20,7 +22,9 @@ from tests.program.test_program import one_coordinate
 from tests.systems.shipped import SCENES
 
 #: Words that some language reserves.
-RESERVED = sorted(JavaScript.reserved | Fortran.reserved | Octave.reserved)
+RESERVED = sorted(
+    frozenset().union(*(language.reserved for language in (Cpp, Fortran, JavaScript, Octave, Rust)))
+)
 
 #: Names that a language may take for others: in capitals, alike in their first letters, not ASCII.
 ALIKE = ["theta", "Theta", "THETA", "w0", "W0", "long" * 20, "long" * 20 + "er", "θ", "x[1]", "x_1"]

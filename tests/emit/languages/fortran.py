@@ -111,7 +111,10 @@ def _scene(k, module):
         "@PARAMETERS@": str(count),
         "@INPUTS@": str(len(interface.inputs)),
         "@LARGEST@": str(max(sizes.values())),
-        "@VALUES@": ", &\n      ".join(f"numbers({i + 1})" for i in range(count)),
+        "@VALUES@": ", &\n      ".join(
+            ", ".join(f"numbers({i + 1})" for i in range(start, min(start + 6, count)))
+            for start in range(0, count, 6)
+        ),
         "@CALLS@": "\n".join(calls),
     }
     text = _SCENE

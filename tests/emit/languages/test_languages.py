@@ -10,13 +10,15 @@ from lagrange_cli.errors import InputError
 from lagrange_cli.program.lowered.functions import Solve
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from tests.emit.languages.cases import CASES, MORE, built
+from tests.emit.languages.cpp import Cpp
 from tests.emit.languages.fortran import Fortran
 from tests.emit.languages.javascript import JavaScript
 from tests.emit.languages.octave import Octave
 from tests.emit.languages.reference import calls, states_at
+from tests.emit.languages.rust import Rust
 from tests.systems.shipped import APART, SCENES, SLICE, derived
 
-DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran(), Octave())}
+DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran(), Octave(), Rust(), Cpp())}
 
 #: Largest error of a result, relative to the sum of the magnitudes that it is made of.
 TOLERANCE = 1e-13

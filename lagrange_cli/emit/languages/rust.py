@@ -1,0 +1,333 @@
+"""Rust: a module that needs only ``core``, and the crate libm where there is no std.
+
+Functions write their results into arrays of the caller and return a ``Result``. Nothing is
+allocated; scratch space stands on the stack. Everything is of Rust 1.63 and edition 2021.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from itertools import compress, pairwise
+from math import prod
+from typing import TYPE_CHECKING, ClassVar
+
+from lagrange_cli.emit.initial_state import require_coordinates
+from lagrange_cli.emit.languages.interface import Interface, Quantity, interface_of
+from lagrange_cli.emit.languages.printer import (
+    Language,
+    arguments_read,
+    functions_called,
+    local_arrays,
+)
+from lagrange_cli.emit.languages.routines import routine_texts
+from lagrange_cli.emit.languages.signatures import Signature
+from lagrange_cli.emit.naming import file_stem
+from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
+from lagrange_cli.program.lowered.functions import Function, Solve, names_read
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+_WORDS = """
+abstract as async await become box break const continue crate do dyn else enum extern false final fn
+for gen if impl in let loop macro match mod move mut override priv pub raw ref return safe self Self
+static struct super trait true try type typeof union unsafe unsized use virtual where while yield
+Some None Ok Err Params Failure COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL N math
+f64 usize core std main run step t y p u out i j k l given matrix vector columns scales band
+multipliers work w
+"""
+
+#: Kinds of numbers in routines, as types.
+_KINDS = {"int": "usize", "real": "f64", "bool": "bool"}
+
+#: Functions of which the text of the module has its own, since NaN has to pass through them.
+_OWN = ("min", "max", "sign")
+
+#: Function of a program → its name in libm, and the method of ``f64`` where they differ.
+_LIBM = {"abs": "fabs"}
+_METHODS = {"log": "ln", "pow": "powf"}
+
+#: Lints that the module is not judged by: it has names of the scene, and is no one's handwriting.
+_LINTS = "dead_code, non_snake_case, unused_mut, clippy::all"
+
+_NOTES = (
+    "Functions return Err where there is no result. Nothing is allocated@BYTES@.",
+    "",
+    "A crate without std has sin and the like from libm. In its Cargo.toml:",
+    "  [features]",
+    '  libm = ["dep:libm"]',
+    "  [dependencies]",
+    '  libm = { version = "0.2", optional = true }',
+    "With the feature libm this file needs nothing but core and that crate, else std.",
+)
+
+
+class Rust(Language):
+    """Rust 1.63, edition 2021."""
+
+    functions: ClassVar = {
+        name: name if name in _OWN else f"math::{_LIBM.get(name, name)}"
+        for name in PROGRAM_FUNCTIONS
+    }
+    whole: ClassVar = {"max": "core::cmp::max", "min": "core::cmp::min"}
+    reserved: ClassVar = frozenset(_WORDS.split()) | frozenset(PROGRAM_FUNCTIONS)
+
+    def head(self, function: Function, documentation: str) -> list[str]:
+        n, size = function.coordinates, prod(function.shape)
+        arguments = ["t: f64", f"y: &[f64; {2 * n}]"]
+        if function.driven and function.name != "inputs":
+            arguments.append(f"u: &[f64; {function.driven}]")
+        arguments.append("p: &Params")
+        result = "f64"
+        if function.shape:
+            arguments.append(f"out: &mut [f64; {size}]")
+            result = "()"
+        begins, ends = f"pub fn {function.name}(", f") -> Result<{result}, Failure> {{"
+        declared = [begins + ", ".join(arguments) + ends]
+        if len(declared[0]) > self.width:
+            declared = [begins, *(f"{self.tab}{argument}," for argument in arguments), ends]
+        lines = [f"/// {documentation}", *declared]
+        if not function.shape:
+            lines.append(f"{self.tab}let mut out = [0.0_f64; 1];")
+        read = arguments_read(function) | ({"out"} if function.body else set())
+        unread = [name for name in (a.split(":")[0] for a in arguments) if name not in read]
+        return [*lines, *(f"{self.tab}let _ = {name};" for name in unread)]
+
+    def foot(self, function: Function) -> list[str]:
+        return [f"{self.tab}Ok({'()' if function.shape else 'out[0]'})", "}"]
+
+    def inputs_of(self, function: Function) -> list[str]:
+        lines = super().inputs_of(function)
+        whole = "p" in names_read(function.body)
+        return [*lines, "let p = p.to_array();"] if whole else lines
+
+    def argument(self, letter: str, number: int) -> str:
+        if letter == "p":
+            return f"p.{self.interface.parameters[number].identifier}"
+        return super().argument(letter, number)
+
+    def let(self, name: str, text: str) -> str:
+        return f"let {name} = {text};"
+
+    def store(self, target: str, text: str) -> str:
+        return f"{target} = {text};"
+
+    def loop(self, counter: str, count: str) -> tuple[str, str]:
+        return f"for {counter} in 0..{count} {{", "}"
+
+    def array(self, name: str, size: int) -> list[str]:
+        return [f"let mut {name} = [0.0_f64; {size}];"]
+
+    def require(self, test: str) -> list[str]:
+        return [f"if !({test}) {{", f"{self.tab}return Err(Failure::Singular);", "}"]
+
+    def finite(self, count: int) -> list[str]:
+        return [
+            "if !out.iter().all(|x| x.is_finite()) {",
+            f"{self.tab}return Err(Failure::NotFinite);",
+            "}",
+        ]
+
+    def table(self, table: tuple[int, ...]) -> str:
+        return super().table(table).upper()
+
+    def counted(self, index: str) -> str:
+        signed = re.sub(r"[a-z]\w*", r"\g<0> as i32", index)
+        return f"f64::from({signed})"
+
+    def solve(self, step: Solve) -> list[str]:
+        """Call a routine; arrays that are parts of one array are split off from each other."""
+        split, arrays = _separate(step)
+        call = self.require(self.call_of(step, arrays, "&{}"))
+        return ["{", *(f"{self.tab}{line}" for line in (*split, *call)), "}"] if split else call
+
+    def routine_head(self, routine: Signature) -> list[str]:
+        kinds = _KINDS | {"reals": "&[f64]", "integers": "&[usize]"}
+        arguments = ", ".join(
+            f"{a.name}: {'&mut [f64]' if a.changed else kinds[a.kind]}" for a in routine.arguments
+        )
+        result = "" if routine.result == "none" else f" -> {_KINDS[routine.result]}"
+        documentation = (f"/// {line}".rstrip() for line in routine.documentation)
+        return [*documentation, f"fn {routine.name}({arguments}){result} {{"]
+
+    def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
+        return f"let {'' if fixed else 'mut '}{name}: {_KINDS[kind]} = {text};"
+
+    def counting(
+        self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
+    ) -> tuple[str, str]:
+        numbers = f"{start}..{stop}"
+        if down:
+            numbers = f"({numbers}).rev()"
+        elif step > 1:
+            numbers = f"({numbers}).step_by({step})"
+        return f"for {counter} in {numbers} {{", self.ended
+
+    def repeated(self, test: str) -> tuple[str, str]:
+        return f"while {test} {{", self.ended
+
+    def branch(self, test: str) -> str:
+        return f"if {test} {{"
+
+    def other_branch(self, test: str) -> str:
+        return f"}} else if {test} {{"
+
+
+def _separate(step: Solve) -> tuple[list[str], Iterator[str]]:
+    """Return lines that split an array of which a routine takes several parts, and its arrays."""
+    first, *more = step.arrays
+    if all(array.name != first.name for array in more):
+        places = ((a.name, a.index.base) for a in step.arrays)
+        return [], (f"&mut {name}[{base}..]" if base else f"&mut {name}" for name, base in places)
+    bases = [array.index.base for array in step.arrays]
+    ends = [end - base for base, end in pairwise(bases)]
+    lines = [f"let (_, part) = {first.name}.split_at_mut({bases[0]});"]
+    lines += [f"let (part{k}, part) = part.split_at_mut({size});" for k, size in enumerate(ends)]
+    return lines, iter([*(f"part{k}" for k in range(len(ends))), "part"])
+
+
+def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+    """``NAME.rs``.
+
+    Parameters
+    ----------
+    options
+        ``main``: whether the module ends with a ``main`` that integrates and prints CSV.
+
+    Raises
+    ------
+    InternalError
+        An expression holds something without counterpart in Rust.
+    InputError
+        A constant is outside the range of a double, the scene has contacts or recordings, or
+        ``main`` is asked for where nothing can move.
+    """
+    if options["main"]:
+        require_coordinates(equations)
+    interface = interface_of(equations, "rust", Rust.reserved)
+    language = Rust(interface)
+    functions = [
+        "\n".join(language.function_lines(function, text)) for function, text in interface.functions
+    ]
+    routines = routine_texts(language)
+    parts = [
+        "\n".join([*_heading(language), f"#![allow({_LINTS})]"]),
+        *_mathematics(functions_called(language)),
+        "\n".join(_constants(language)),
+        "\n".join(_parameters(interface)),
+        template("rust", "common.rs").rstrip(),
+        *routines,
+        *functions,
+        *([_main(interface).rstrip()] if options["main"] else []),
+    ]
+    return {f"{file_stem(equations.presentation.name)}.rs": "\n\n".join(parts) + "\n"}
+
+
+def _heading(language: Rust) -> list[str]:
+    sizes = (sum(local_arrays(f).values()) for f, _ in language.interface.functions)
+    taken = 8 * max(sizes, default=0)
+    stack = f"; local arrays take up to {taken} bytes of the stack" if taken else ""
+    notes = [line.replace("@BYTES@", stack) for line in _NOTES]
+    return language.commented([*language.interface.heading, "", *notes])
+
+
+def _mathematics(called: list[str]) -> Iterator[str]:
+    """Yield the functions that are called: those of libm or std, then those of the module."""
+    methods = "".join(f"    {_method(name)}\n" for name in called if name not in _OWN)
+    if methods:
+        yield template("rust", "math.rs").replace("@METHODS@", methods).rstrip()
+    yield from (template("rust", f"{name}.rs").rstrip() for name in called if name in _OWN)
+
+
+def _method(name: str) -> str:
+    """Return the function of libm by the method of ``f64``."""
+    more = PROGRAM_FUNCTIONS[name] > 1
+    argument, passed = (", y: f64", "y") if more else ("", "")
+    method = f"x.{_METHODS.get(name, name)}({passed})"
+    return f"pub fn {_LIBM.get(name, name)}(x: f64{argument}) -> f64 {{ {method} }}"
+
+
+def _constants(language: Rust) -> Iterator[str]:
+    interface = language.interface
+    n = len(interface.coordinates)
+    yield "/// Number of coordinates; the state y holds them, then their velocities."
+    yield f"pub const N: usize = {n};"
+    yield from _names("COORDINATES", "Coordinates, in their order.", interface.coordinates)
+    yield from _names("PARAMETERS", "Parameters, in their order.", interface.parameters)
+    yield from _names("INPUTS", "Inputs, in their order.", interface.inputs)
+    if interface.initial is not None:
+        yield "/// Initial state of the scene."
+        numbers = ", ".join(map(repr, interface.initial))
+        yield from language.broken(f"pub const INITIAL: [f64; {2 * n}] = [{numbers}];")
+    for name, table in language.tables.items():
+        numbers = ", ".join(map(str, table))
+        yield from language.broken(f"static {name.upper()}: [usize; {len(table)}] = [{numbers}];")
+
+
+def _names(constant: str, documentation: str, quantities: tuple[Quantity, ...]) -> Iterator[str]:
+    if quantities:
+        yield f"/// {documentation}"
+        yield f"pub const {constant}: [&str; {len(quantities)}] = ["
+        yield from (f"    {_string(quantity.name)}," for quantity in quantities)
+        yield "];"
+
+
+def _string(text: str) -> str:
+    """Return a literal of a text, in ASCII."""
+    plain = "".join(c if " " <= c <= "~" and c not in '"\\' else f"\\u{{{ord(c):x}}}" for c in text)
+    return f'"{plain}"'
+
+
+def _number(value: float | None) -> str:
+    return "f64::NAN" if value is None else repr(value)
+
+
+def _parameters(interface: Interface) -> Iterator[str]:
+    """Yield the structure of the parameters, and their values in the scene."""
+    fields = interface.parameters
+    yield "/// Parameters of the system."
+    yield "#[derive(Clone, Copy, Debug, PartialEq)]"
+    yield "pub struct Params {"
+    for field in fields:
+        # A code span, in which nothing of the scene is markup.
+        yield f"    /// `{field.note.replace('`', chr(39))}`"
+        yield f"    pub {field.identifier}: f64,"
+    yield "}"
+    yield ""
+    yield "/// Parameters as the scene has them; NaN stands for values that must be given."
+    yield "pub const DEFAULTS: Params = Params {"
+    yield from (f"    {field.identifier}: {_number(field.value)}," for field in fields)
+    yield "};"
+    if any("p" in names_read(function.body) for function, _ in interface.functions):
+        yield ""
+        yield "impl Params {"
+        yield f"    fn to_array(&self) -> [f64; {len(fields)}] {{"
+        yield "        ["
+        yield from (f"            self.{field.identifier}," for field in fields)
+        yield from ("        ]", "    }", "}")
+
+
+def _main(interface: Interface) -> str:
+    n, driven = len(interface.coordinates), len(interface.inputs)
+    initial = interface.initial or (None,) * (2 * n)
+    inputs = f"        let mut u = [0.0; {driven}];\n        inputs(at, &s, p, &mut u)?;\n"
+    fields = [(_string(field.name), f"p.{field.identifier}") for field in interface.parameters]
+    missing = [field.value is None for field in interface.parameters]
+    return filled(
+        template("rust", "main.rs"),
+        {
+            "@INPUTS@": inputs if driven else "",
+            "@U@": "&u, " if driven else "",
+            "@STATE@": ", ".join(map(_string, interface.state)),
+            "@INITIAL@": ", ".join("None" if x is None else f"Some({x!r})" for x in initial),
+            "@MUT@": "mut " if fields else "",
+            "@SET@": "".join(f"            {name} => {to} = value,\n" for name, to in fields),
+            "@REQUIRED@": ", ".join(f"({name}, {to})" for name, to in compress(fields, missing)),
+            "@START@": repr(interface.start),
+            "@UNTIL@": repr(interface.until),
+            "@STEPS@": str(interface.steps),
+            "@ROWS@": str(interface.rows),
+        },
+    )
