@@ -44,7 +44,7 @@ VALUES = {
 }
 
 #: Returned, and not shown.
-PARTS = {"Model", "PathModels"}
+PARTS = {"Model", "Package", "PathModels"}
 
 
 class Page:

@@ -7,7 +7,6 @@ printers that decide nothing about order write it. Read :mod:`.tree` first.
 __all__ = [
     "build",
     "families",
-    "html",
     "labels",
     "layout",
     "ordering",

@@ -355,18 +355,31 @@ def latex_name(name: str, order: int = 0, override: str | None = None) -> str:
         base = f"{_DOT_MACROS[order]}{{{base}}}"
     if not parts.subscripts:
         return base
-    return f"{base}_{{{','.join(_latex_subscript(part) for part in parts.subscripts)}}}"
+    return f"{base}_{{{','.join(subscript(s, latex_name, _latex_word) for s in parts.subscripts)}}}"
 
 
-def _latex_subscript(part: str) -> str:
-    """Return a subscript, which may have one itself: that of ``p_theta1`` is θ₁."""
-    if re.fullmatch(r"-\d+", part):
-        return part
-    moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
+def subscript(
+    part: str,
+    name: Callable[[str], str],
+    word: Callable[[str], str],
+    shift: Callable[[str], str] = str,
+) -> str:
+    """Return a subscript, which may have one itself: that of ``p_theta1`` is θ₁.
+
+    Parameters
+    ----------
+    part
+        A letter with subscripts, a word, or an index that is moved, as ``i-1``.
+    name, word
+        Write a name, and a word or number.
+    shift
+        Writes what an index is moved by.
+    """
+    moved = re.fullmatch(r"([^\W\d]\w*)?([+-]\d+)", part)
     if moved:
-        return _latex_subscript(moved[1]) + moved[2]
-    inner = split_name(part)
-    return latex_name(part) if inner.is_letter and not part[0].isdigit() else _latex_word(part)
+        return (subscript(moved[1], name, word) if moved[1] else "") + shift(moved[2])
+    is_letter = split_name(part).is_letter and not part[0].isdigit()
+    return name(part) if is_letter else word(part)
 
 
 def scientific(literal: str) -> tuple[str, int | None]:
@@ -385,16 +398,9 @@ _UNIT_PART = re.compile(r"([^\W\d_]+)|(\d+)|\s*([*·]|\s)\s*|\^\(([-+\d/.]+)\)|\
 class UnitLetters:
     """Letters of units in a format.
 
-    ``nothing`` stands for the base of a power without one, ``between`` for a product.
-
-    Attributes
-    ----------
-    symbol, number, sign
-        Write a symbol as ``kg``, a whole number, and one of ``/()``.
-    power
-        Writes a base with an exponent.
-    words
-        Writes a text that is no unit.
+    ``symbol``, ``number`` and ``sign`` write ``kg``, a whole number and one of ``/()``, ``power`` a
+    base with its exponent, and ``words`` a text that is no unit; ``nothing`` stands for the base of
+    a power without one, ``between`` for a product.
     """
 
     symbol: Callable[[str], str]

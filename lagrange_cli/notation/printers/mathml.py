@@ -21,6 +21,7 @@ from lagrange_cli.notation.symbols import (
     printable,
     scientific,
     split_name,
+    subscript,
 )
 from lagrange_cli.notation.tree import DisplayCall, DisplayNode, DisplayNumber
 
@@ -123,7 +124,7 @@ def mathml_name(name: str, order: int = 0, override: str | None = None, primes: 
     parts = split_name(name)
     base = _word(parts.base)
     base = _accented(base, _operator(_DOTS[order])) if order else base
-    below = _tight(",").join(_subscript(part) for part in parts.subscripts)
+    below = _tight(",").join(subscript(s, mathml_name, _word, _index) for s in parts.subscripts)
     return mathml_scripted(base, below, prime)
 
 
@@ -215,15 +216,6 @@ def _word(word: str) -> str:
         return _character(letter)
     is_number = word.isascii() and word.isdigit()
     return f"<mn>{word}</mn>" if is_number else _identifier(printable(word), upright=True)
-
-
-def _subscript(part: str) -> str:
-    """Return a subscript, which may have one itself: that of ``p_theta1`` is θ₁."""
-    moved = re.fullmatch(r"([^\W\d]\w*)?([+-]\d+)", part)
-    if moved:
-        return (_subscript(moved[1]) if moved[1] else "") + _index(moved[2])
-    inner = split_name(part)
-    return mathml_name(part) if inner.is_letter and not part[0].isdigit() else _word(part)
 
 
 def _index(text: str) -> str:

@@ -22,6 +22,7 @@ from lagrange_cli.notation.symbols import (
     printable,
     scientific,
     split_name,
+    subscript,
 )
 from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
 
@@ -129,7 +130,9 @@ def typst_name(name: str, order: int = 0, override: str | None = None, primes: i
     base = (f"{_DOTS[order]}({base})" if order else base) + "'" * primes
     if not parts.subscripts:
         return base
-    return typst_scripted(base, "_", ", ".join(_subscript(part) for part in parts.subscripts))
+    return typst_scripted(
+        base, "_", ", ".join(subscript(s, typst_name, _word) for s in parts.subscripts)
+    )
 
 
 def typst_scripted(base: str, sign: str, script: str) -> str:
@@ -145,17 +148,6 @@ def _word(word: str) -> str:
         return _GREEK_LETTERS[word]
     single = word.isascii() and len(word) == 1 and word.isalpha()
     return word if single or (word.isascii() and word.isdigit()) else typst_string(word)
-
-
-def _subscript(part: str) -> str:
-    """Return a subscript, which may have one itself: that of ``p_theta1`` is θ₁."""
-    if re.fullmatch(r"-\d+", part):
-        return part
-    moved = re.fullmatch(r"([^\W\d]\w*)([+-]\d+)", part)
-    if moved:
-        return _subscript(moved[1]) + moved[2]
-    inner = split_name(part)
-    return typst_name(part) if inner.is_letter and not part[0].isdigit() else _word(part)
 
 
 #: Units in Typst's mathematics, in upright letters.

@@ -11,6 +11,7 @@ from itertools import product
 
 from lagrange_cli.notation.ordering import number_of, spelled_symbol
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplayRoot
+from lagrange_cli.report import tree
 from lagrange_cli.report.inlines import (
     Inline,
     Lettering,
@@ -22,23 +23,6 @@ from lagrange_cli.report.inlines import (
     numeral,
     opened,
     say,
-)
-from lagrange_cli.report.tree import (
-    Block,
-    Bullets,
-    Case,
-    Cases,
-    Cells,
-    Formula,
-    Matrices,
-    Matrix,
-    Packed,
-    Paragraph,
-    Passage,
-    PlainBlock,
-    Statements,
-    Title,
-    formulas,
 )
 
 #: Part of a line that a side of a formula fills at most where it can be written otherwise.
@@ -73,30 +57,30 @@ class Fitting:
     lettering: Lettering
     columns: float
 
-    def blocks(self, blocks: Iterable[Block]) -> Iterator[PlainBlock]:
+    def blocks(self, blocks: Iterable[tree.Block]) -> Iterator[tree.PlainBlock]:
         """Return blocks in the forms that fit a line."""
         for block in blocks:
             match block:
-                case Statements(rows):
-                    yield Bullets(tuple(row.item for row in rows))
-                case Packed(heading, items, rows):
-                    yield Paragraph(say("{text}.", text=term(heading, Listed(items))))
-                    yield formulas(rows)
-                case Passage():
+                case tree.Statements(rows):
+                    yield tree.Bullets(tuple(row.item for row in rows))
+                case tree.Packed(heading, items, rows):
+                    yield tree.Paragraph(say("{text}.", text=term(heading, Listed(items))))
+                    yield tree.formulas(rows)
+                case tree.Passage():
                     yield from self._passage(block)
-                case Cases(cases):
+                case tree.Cases(cases):
                     yield from self._cases(cases)
-                case Matrices(matrices):
+                case tree.Matrices(matrices):
                     yield from self._matrices(matrices)
                 case _:
                     yield block
 
-    def each(self, rows: Iterable[Formula]) -> Iterator[Formula]:
+    def each(self, rows: Iterable[tree.Formula]) -> Iterator[tree.Formula]:
         """Return formulas, and others in place of those of which a side is too long."""
         for row in rows:
             yield from row.otherwise if row.otherwise and self._is_long(row) else (row,)
 
-    def _is_long(self, row: Formula) -> bool:
+    def _is_long(self, row: tree.Formula) -> bool:
         """Say whether a side of a formula, or what a root is of, takes most of a line."""
         sides = (n.radicand if isinstance(n, DisplayRoot) else n for n in row.chain)
         return max(map(self._room, sides), default=0) > _WIDEST_SIDE * self.columns
@@ -110,7 +94,7 @@ class Fitting:
 
     # -- configurations ---------------------------------------------------------------
 
-    def _is_short(self, place: Sequence[Formula]) -> bool:
+    def _is_short(self, place: Sequence[tree.Formula]) -> bool:
         """Say whether formulas stand in a sentence; vectors are displayed."""
         widths = [3 + sum(self._room(n) + 3 for n in row.chain) for row in place]
         return (
@@ -119,7 +103,7 @@ class Fitting:
             and not any(row.components for row in place)
         )
 
-    def _inline(self, place: Sequence[Formula]) -> str:
+    def _inline(self, place: Sequence[tree.Formula]) -> str:
         text, inline = self.lettering.text, self.lettering.letters.inline
         sides = (
             filter(None, [text(row.label), text(row.middle), *map(self._formula, row.chain)])
@@ -127,27 +111,31 @@ class Fitting:
         )
         return ", ".join(inline(" = ".join(parts)) for parts in sides)
 
-    def _passage(self, passage: Passage) -> Iterator[PlainBlock]:
+    def _passage(self, passage: tree.Passage) -> Iterator[tree.PlainBlock]:
         place = passage.place
         if self._is_short(place):
             texts = passage.before, self._inline(place), passage.after
-            yield Paragraph(" ".join(map(self.lettering.text, texts)))
+            yield tree.Paragraph(" ".join(map(self.lettering.text, texts)))
         else:
-            yield from (Paragraph(passage.before), formulas(place), Paragraph(passage.after))
+            yield from (
+                tree.Paragraph(passage.before),
+                tree.formulas(place),
+                tree.Paragraph(passage.after),
+            )
 
-    def _cases(self, cases: Sequence[Case]) -> Iterator[PlainBlock]:
+    def _cases(self, cases: Sequence[tree.Case]) -> Iterator[tree.PlainBlock]:
         if all(self._is_short(case.place) for case in cases):
-            yield Bullets(tuple(map(self._sentence, cases)))
+            yield tree.Bullets(tuple(map(self._sentence, cases)))
             return
         for case in cases:
             about = judgement(case)
             if about:
-                yield Title(say("{text}:", text=opened(about)))
-            yield formulas(case.place)
+                yield tree.Title(say("{text}:", text=opened(about)))
+            yield tree.formulas(case.place)
             if case.condition:
-                yield Paragraph(say("where {conditions}", conditions=case.condition))
+                yield tree.Paragraph(say("where {conditions}", conditions=case.condition))
 
-    def _sentence(self, case: Case) -> Text:
+    def _sentence(self, case: tree.Case) -> Text:
         """``θ = 0: stable (K is positive definite: the energy has a minimum)``."""
         place: Text = self._inline(case.place)
         if case.condition:
@@ -157,41 +145,41 @@ class Fitting:
 
     # -- matrices ---------------------------------------------------------------------
 
-    def _matrices(self, matrices: Sequence[Matrix]) -> Iterator[PlainBlock]:
+    def _matrices(self, matrices: Sequence[tree.Matrix]) -> Iterator[tree.PlainBlock]:
         written = [self._matrix(matrix) for matrix in matrices]
         if any(written):
-            yield formulas((row for rows in written for row in rows), result=True)
+            yield tree.formulas((row for rows in written for row in rows), result=True)
         remarks = [too_large(m) for m, rows in zip(matrices, written, strict=True) if not rows]
         if remarks:
-            yield Paragraph(" ".join(map(self.lettering.text, remarks)))
+            yield tree.Paragraph(" ".join(map(self.lettering.text, remarks)))
 
-    def _matrix(self, matrix: Matrix) -> list[Formula]:
+    def _matrix(self, matrix: tree.Matrix) -> list[tree.Formula]:
         """Return a matrix in closed form and in numbers; nothing if it is too large."""
         label = bold(matrix.letter)
         fitting = [cells for cells in (matrix.closed, matrix.values) if cells]
         if not fitting:
-            return [Formula(label, (), middle=bold("0"))]
+            return [tree.Formula(label, (), middle=bold("0"))]
         if len(matrix.values) == len(matrix.values[0]) == 1:
-            return [Formula(label, tuple(cells[0][0] for cells in fitting))]
+            return [tree.Formula(label, tuple(cells[0][0] for cells in fitting))]
         widths, room = list(map(self._width, fitting)), _FILLED * self.columns
         if sum(widths) <= room:
-            return [Formula(label, (), middle=" = ".join(map(self._text, fitting)))]
+            return [tree.Formula(label, (), middle=" = ".join(map(self._text, fitting)))]
         if max(widths) <= room:
             # One below the other: their widths are over-estimated as those of symbols.
             sides = [spelled_symbol(self._text(c), Dependence.NUMBER, 0) for c in fitting]
-            return [Formula(label, tuple(sides))]
+            return [tree.Formula(label, tuple(sides))]
         entries = self.entries(matrix)
         return entries if len(entries) <= MOST_ENTRIES else []
 
-    def _width(self, rows: Cells) -> float:
+    def _width(self, rows: tree.Cells) -> float:
         """Return columns of half an em that a matrix takes."""
         widest = (max(map(self._room, column)) for column in zip(*rows, strict=True))
         return _FENCES + sum(width + _GAP for width in widest)
 
-    def _text(self, rows: Cells) -> str:
+    def _text(self, rows: tree.Cells) -> str:
         return self.lettering.letters.matrix([list(map(self._formula, row)) for row in rows])
 
-    def entries(self, matrix: Matrix) -> list[Formula]:
+    def entries(self, matrix: tree.Matrix) -> list[tree.Formula]:
         """Return the entries that are not 0, in closed form and in numbers if these differ."""
         label, shown = bold(matrix.letter), matrix.closed or matrix.values
         places = product(range(len(shown)), range(len(shown[0])))
@@ -200,7 +188,7 @@ class Fitting:
             nodes: tuple[DisplayNode, ...] = (shown[i][j], matrix.values[i][j])
             if not _is_zero(nodes[0]):
                 nodes = nodes[: len(set(map(self._formula, nodes)))]
-                rows.append(Formula(entry(label, i + 1, j + 1), nodes))
+                rows.append(tree.Formula(entry(label, i + 1, j + 1), nodes))
         return rows
 
 
@@ -213,14 +201,14 @@ def term(name: Text, text: Text) -> Text:
     return say("{name}: {value}", name=name, value=text)
 
 
-def judgement(case: Case) -> Text:
+def judgement(case: tree.Case) -> Text:
     """Return a verdict with its reason, as far as they are known."""
     if case.verdict and case.reason:
         return say("{verdict} ({reason})", verdict=case.verdict, reason=case.reason)
     return case.verdict or case.reason
 
 
-def too_large(matrix: Matrix) -> Text:
+def too_large(matrix: tree.Matrix) -> Text:
     """Say that a matrix is too large for the report."""
     return say(
         "{matrix} has {rows} rows and {columns} columns; JSON holds it.",

@@ -30,24 +30,11 @@ from lagrange_cli.notation.printers.mathml import (
 from lagrange_cli.notation.symbols import printable, text_prose
 from lagrange_cli.notation.tree import DisplayNode
 from lagrange_cli.pictures.sketch.svg import emit_svg
+from lagrange_cli.report import tree
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.letters import Letters
 from lagrange_cli.report.phrases.language import Language
 from lagrange_cli.report.ranges import grouped_ranges
-from lagrange_cli.report.tree import (
-    Bullets,
-    Document,
-    Formulas,
-    Labelled,
-    Law,
-    Paragraph,
-    Picture,
-    PlainBlock,
-    Section,
-    Table,
-    Title,
-    Verbatim,
-)
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
 from lagrange_cli.report.writers.terminal.letters import UnicodeLetters
 
@@ -196,7 +183,7 @@ class HtmlSetter(RowSetter):
     def room(self, formula: str) -> float:
         return self.printer.columns(mathml_signs(formula))
 
-    def section(self, section: Section) -> Iterator[str]:
+    def section(self, section: tree.Section) -> Iterator[str]:
         """Yield the lines of a section, its heading first."""
         count = self.ids[section.name] = self.ids.get(section.name, 0) + 1
         number = f"-{count}" if count > 1 else ""
@@ -207,29 +194,29 @@ class HtmlSetter(RowSetter):
             yield from self._block(block, section.name)
         yield "</section>"
 
-    def _block(self, block: PlainBlock, part: str) -> Iterator[str]:
+    def _block(self, block: tree.PlainBlock, part: str) -> Iterator[str]:
         match block:
-            case Paragraph(text):
+            case tree.Paragraph(text):
                 yield f"<p>{self.text(text)}</p>"
-            case Title(text):
+            case tree.Title(text):
                 yield f'<p class="subject">{self.text(text)}</p>'
-            case Law(text):
+            case tree.Law(text):
                 yield _display([[line] for line in self._law(self.text(text))], ("left",), "law")
-            case Formulas(_, result):
+            case tree.Formulas(_, result):
                 yield self._numbered(self.rows(block), part if result else "")
-            case Table():
+            case tree.Table():
                 yield from self._table(block)
-            case Bullets(items):
+            case tree.Bullets(items):
                 yield "<ul>"
                 yield from (f"<li>{self.text(item)}</li>" for item in items)
                 yield "</ul>"
-            case Labelled(rows):
+            case tree.Labelled(rows):
                 yield "<dl>"
                 yield from (f"<dt>{self.text(a)}</dt><dd>{self.text(b)}</dd>" for a, b in rows)
                 yield "</dl>"
-            case Verbatim(lines):
+            case tree.Verbatim(lines):
                 yield f"<pre>{escape(chr(10).join(lines), quote=False)}</pre>"
-            case Picture():
+            case tree.Picture():
                 assert self.equations is not None
                 (sketch,) = emit_svg(self.equations, {}).values()
                 yield f"<figure>\n{sketch}</figure>"
@@ -271,7 +258,7 @@ class HtmlSetter(RowSetter):
         number = self.counts[part] = self.counts.get(part, 0) + 1
         return f'<mtext id="eq-{part}-{number}">({sum(self.counts.values())})</mtext>'
 
-    def _table(self, table: Table) -> Iterator[str]:
+    def _table(self, table: tree.Table) -> Iterator[str]:
         names = dict.fromkeys(table.numeric, "number") | {table.prose: "prose"}
         kinds = [f' class="{names[head]}"' if head in names else "" for head in table.heads]
         heads = zip(kinds, map(self.text, table.heads), strict=True)
@@ -341,7 +328,7 @@ figure svg { max-width: 100%; height: auto; }
 """
 
 
-def report_html(document: Document, say: Language) -> str:
+def report_html(document: tree.Document, say: Language) -> str:
     """Return a whole page."""
     # The title of a window is text without formulas.
     title = text_prose(Lettering(UnicodeLetters(), say).text(document.title or document.name))
@@ -350,7 +337,7 @@ def report_html(document: Document, say: Language) -> str:
     return "\n".join(lines) + "\n"
 
 
-def body_html(document: Document, say: Language) -> str:
+def body_html(document: tree.Document, say: Language) -> str:
     """Return what a page holds, as part of another page."""
     setter = _setter(document, say)
     title, description = setter.text(document.title), setter.text(document.description)
@@ -362,7 +349,7 @@ def body_html(document: Document, say: Language) -> str:
     return "\n".join(lines)
 
 
-def _setter(document: Document, say: Language) -> HtmlSetter:
+def _setter(document: tree.Document, say: Language) -> HtmlSetter:
     lettering = Lettering(HtmlLetters(document.equations), say)
     return HtmlSetter(lettering, equations=document.equations)
 

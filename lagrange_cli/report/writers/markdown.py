@@ -6,22 +6,9 @@ import re
 from collections.abc import Iterator, Sequence
 
 from lagrange_cli.notation.symbols import printable
+from lagrange_cli.report import tree
 from lagrange_cli.report.inlines import Lettering, say
 from lagrange_cli.report.phrases.language import Language
-from lagrange_cli.report.tree import (
-    Bullets,
-    Document,
-    Formulas,
-    Labelled,
-    Law,
-    Paragraph,
-    Picture,
-    PlainBlock,
-    Section,
-    Table,
-    Title,
-    Verbatim,
-)
 from lagrange_cli.report.writers.latex.letters import LatexLetters
 from lagrange_cli.report.writers.latex.typesetter import Typesetter
 
@@ -45,7 +32,7 @@ class MarkdownLetters(LatexLetters):
         return written if written.startswith("$") else self.words(text)
 
 
-def report_markdown(document: Document, say: Language) -> str:
+def report_markdown(document: tree.Document, say: Language) -> str:
     """Return a document."""
     setter = Typesetter(Lettering(MarkdownLetters(document.equations), say))
     title, description = setter.text(document.title), setter.text(document.description)
@@ -55,42 +42,42 @@ def report_markdown(document: Document, say: Language) -> str:
     return "\n\n".join(paragraphs) + "\n"
 
 
-def _section(section: Section, setter: Typesetter) -> Iterator[str]:
+def _section(section: tree.Section, setter: Typesetter) -> Iterator[str]:
     if heading := setter.text(section.heading):
         yield f"## {heading}"
     for block in setter.fitted(section):
         yield from _block(block, setter)
 
 
-def _block(block: PlainBlock, setter: Typesetter) -> Iterator[str]:
+def _block(block: tree.PlainBlock, setter: Typesetter) -> Iterator[str]:
     match block:
-        case Paragraph(text) | Title(text):
+        case tree.Paragraph(text) | tree.Title(text):
             yield setter.text(text)
-        case Law(text):
+        case tree.Law(text):
             yield _display([setter.text(text)])
-        case Formulas():
+        case tree.Formulas():
             yield from map(_display, setter.aligned(setter.rows(block)))
-        case Table(heads, rows):
+        case tree.Table(heads, rows):
             dashes = ["---:" if head in block.numeric else "---" for head in heads]
             lines = (
                 " | ".join(_cell(setter.text(cell)) for cell in row)
                 for row in (heads, dashes, *rows)
             )
             yield "\n".join(f"| {line} |" for line in lines)
-        case Bullets(items):
+        case tree.Bullets(items):
             yield "\n".join(f"- {item}" for item in map(setter.text, items))
-        case Labelled(rows):
+        case tree.Labelled(rows):
             terms = (
                 say("{name}: {value}", name=f"**{setter.text(label)}**", value=text)
                 for label, text in rows
             )
             yield "\n".join(f"- {setter.text(term)}" for term in terms)
-        case Verbatim(lines):
+        case tree.Verbatim(lines):
             # A fence is longer than any within it.
             runs = re.findall("`+", "\n".join(lines))
             fence = "`" * max(3, *(len(run) + 1 for run in runs), 0)
             yield "\n".join([f"{fence}text", *lines, fence])
-        case Picture():
+        case tree.Picture():
             pass
 
 

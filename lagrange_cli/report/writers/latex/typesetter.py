@@ -11,20 +11,8 @@ from typing import TypeAlias
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.latex import LatexPrinter
 from lagrange_cli.notation.printers.typeset import WIDEST_PART
+from lagrange_cli.report import tree
 from lagrange_cli.report.inlines import say
-from lagrange_cli.report.tree import (
-    Bullets,
-    Formulas,
-    Labelled,
-    Law,
-    Paragraph,
-    Picture,
-    PlainBlock,
-    Section,
-    Table,
-    Title,
-    Verbatim,
-)
 from lagrange_cli.report.writers.latex.letters import MacroPrinter, Macros
 from lagrange_cli.report.writers.rows import FILLED, FormulaRow, RowSetter
 
@@ -99,46 +87,46 @@ class Typesetter(RowSetter):
         lines = [] if self.macros is None else self.macros.definitions(self.stem, body)
         return "".join(f"{line}\n" for line in lines)
 
-    def section(self, section: Section) -> list[str]:
+    def section(self, section: tree.Section) -> list[str]:
         """Return the heading of a section and its blocks."""
         heading = self.text(section.heading)
         return [*([rf"\section*{{{heading}}}"] if heading else []), *self.blocks(section)]
 
-    def blocks(self, section: Section) -> list[str]:
+    def blocks(self, section: tree.Section) -> list[str]:
         """Return the blocks of a section without its heading."""
         lines: list[str] = []
         is_inline = False
         for block in self.fitted(section):
             # A table is as a letter in the paragraph in which it stands.
-            ends = is_inline and isinstance(block, Paragraph)
+            ends = is_inline and isinstance(block, tree.Paragraph)
             lines += [*([""] if ends else []), *self._block(block, section.name)]
-            is_inline = isinstance(block, Table)
+            is_inline = isinstance(block, tree.Table)
         return lines
 
-    def _block(self, block: PlainBlock, part: str) -> list[str]:
+    def _block(self, block: tree.PlainBlock, part: str) -> list[str]:
         match block:
-            case Paragraph(text):
+            case tree.Paragraph(text):
                 return [self.text(text)]
-            case Title(text):
+            case tree.Title(text):
                 return ["", self.text(text)]
-            case Law(text, ends):
+            case tree.Law(text, ends):
                 return self._law(self.text(text), "" if ends else _UNBROKEN)
-            case Formulas(_, result):
+            case tree.Formulas(_, result):
                 return self.display(self.rows(block), part, numbered=result and self.numbered)
-            case Table():
+            case tree.Table():
                 return self._table(block)
-            case Bullets(items):
+            case tree.Bullets(items):
                 return _list(map(self.text, items))
-            case Labelled(rows):
+            case tree.Labelled(rows):
                 terms = (
                     say("{name}: {value}", name=rf"\textbf{{{self.text(a)}}}", value=b)
                     for a, b in rows
                 )
                 return _list(map(self.text, terms))
-            case Verbatim(lines):
+            case tree.Verbatim(lines):
                 shown = (line.replace(r"\end{verbatim}", r"\end {verbatim}") for line in lines)
                 return [r"\begin{verbatim}", *shown, r"\end{verbatim}"]
-            case Picture():
+            case tree.Picture():
                 return [r"\begin{center}", self.picture, r"\end{center}"]
 
     # -- laws -----------------------------------------------------------------------
@@ -200,7 +188,7 @@ class Typesetter(RowSetter):
 
     # -- tables ---------------------------------------------------------------------
 
-    def _table(self, table: Table) -> list[str]:
+    def _table(self, table: tree.Table) -> list[str]:
         """Return the lines of a table; a long one is several, between which pages may end."""
         lines = [list(map(self.text, row)) for row in (table.heads, *table.rows)]
         widths = [max(map(letter_count, column)) + 3 for column in zip(*lines, strict=True)]

@@ -16,30 +16,10 @@ from lagrange_cli.notation.printers.one_line import OneLinePrinter
 from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.symbols import text_prose
+from lagrange_cli.report import tree
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import Language
 from lagrange_cli.report.tables import TableColumn, labelled, sentence_row, table
-from lagrange_cli.report.tree import (
-    Block,
-    Bullets,
-    Cases,
-    Document,
-    Formula,
-    Formulas,
-    Labelled,
-    Law,
-    Matrices,
-    Packed,
-    Paragraph,
-    Passage,
-    Picture,
-    Section,
-    StatementRow,
-    Statements,
-    Table,
-    Title,
-    Verbatim,
-)
 from lagrange_cli.report.writers.fitting import Fitting
 from lagrange_cli.report.writers.terminal.letters import AsciiLetters, UnicodeLetters
 
@@ -53,12 +33,12 @@ _WORDS_INDENT, _FORMULA_INDENT = 2, 4
 _LONGEST_LABEL = 24
 
 
-def report_page(document: Document, say: Language, *, ascii: bool = False) -> Page:
+def report_page(document: tree.Document, say: Language, *, ascii: bool = False) -> Page:
     """Return a document as a page, its sections set apart."""
     printer = ScenePrinter() if ascii else UnicodePrinter()
     letters = AsciiLetters() if ascii else UnicodeLetters()
     writer = SectionRows(Lettering(letters, say.in_ascii() if ascii else say), printer)
-    title = Section("", (Paragraph(document.title, "heading"),) if document.title else ())
+    title = tree.Section("", (tree.Paragraph(document.title, "heading"),) if document.title else ())
     return page(map(writer.section, (title, *document.sections)), ascii=ascii)
 
 
@@ -80,7 +60,7 @@ class SectionRows:
     printer: OneLinePrinter
     margin: int = _FORMULA_INDENT
 
-    def section(self, section: Section) -> list[Row | PageBlock]:
+    def section(self, section: tree.Section) -> list[Row | PageBlock]:
         """Return the rows of a section, its heading first; formulas are indented."""
         heading = self.lettering.text(section.heading)
         if not heading:
@@ -88,39 +68,39 @@ class SectionRows:
         rows: list[Row | PageBlock] = [Row(heading, role="heading")]
         for block in section.blocks:
             # Labels below a heading are no headings.
-            if isinstance(block, Labelled):
+            if isinstance(block, tree.Labelled):
                 pairs = (map(self.lettering.text, pair) for pair in block.rows)
                 rows += labelled(*((label, text) for label, text in pairs), indent=_WORDS_INDENT)
             else:
                 rows += self._block(block)
         return rows
 
-    def _block(self, block: Block) -> Sequence[Row | PageBlock]:
+    def _block(self, block: tree.Block) -> Sequence[Row | PageBlock]:
         text = self.lettering.text
         match block:
-            case Formulas(rows):
+            case tree.Formulas(rows):
                 return self._aligned(list(self.fitting.each(rows)))
-            case Paragraph(shown, role) if role:
+            case tree.Paragraph(shown, role) if role:
                 return [sentence_row(text(shown), role)]
-            case Paragraph(shown) | Title(shown):
+            case tree.Paragraph(shown) | tree.Title(shown):
                 return [Row("", " " * min(self.margin, _WORDS_INDENT), words(text(shown)))]
-            case Law(shown):
+            case tree.Law(shown):
                 return [Row("", " " * _FORMULA_INDENT, words(text(shown)))]
-            case Table():
+            case tree.Table():
                 return self._table(block)
-            case Bullets(items):
+            case tree.Bullets(items):
                 return [Row("", "  - ", words(text(item))) for item in items]
-            case Labelled(pairs):
+            case tree.Labelled(pairs):
                 return self._labelled([(text(label), text(shown)) for label, shown in pairs])
-            case Statements(statements):
+            case tree.Statements(statements):
                 return self._statements(statements)
-            case Packed():
+            case tree.Packed():
                 return [self._packed(block)]
-            case Verbatim(lines):
+            case tree.Verbatim(lines):
                 return [Row("", line) for line in lines]
-            case Picture():
+            case tree.Picture():
                 return []
-            case Passage() | Cases() | Matrices():
+            case tree.Passage() | tree.Cases() | tree.Matrices():
                 return [row for one in self.fitting.blocks([block]) for row in self._block(one)]
 
     @property
@@ -131,7 +111,7 @@ class SectionRows:
     def _labelled(self, pairs: Sequence[tuple[str, str]]) -> list[Row]:
         return labelled(*pairs)
 
-    def _statements(self, rows: Sequence[StatementRow]) -> list[Row]:
+    def _statements(self, rows: Sequence[tree.StatementRow]) -> list[Row]:
         """Return equations behind their names, broken before signs, and the remarks on them."""
         names = [self.lettering.text(row.name) for row in rows]
         return [
@@ -139,7 +119,7 @@ class SectionRows:
             for name, lead, row in zip(names, leads_after(names), rows, strict=True)
         ]
 
-    def _statement(self, row: StatementRow) -> Iterator[Piece]:
+    def _statement(self, row: tree.StatementRow) -> Iterator[Piece]:
         text = self.lettering.text
         shown = [(text(equation), text(spans)) for equation, spans in row.equations]
         for number, (equation, spans) in enumerate(shown):
@@ -150,7 +130,7 @@ class SectionRows:
                 yield Piece(spans + end, columns(spans + end) + 1, " ", "  ", 0)
         yield from remark_pieces(text(row.remark))
 
-    def _packed(self, block: Packed) -> PageBlock:
+    def _packed(self, block: tree.Packed) -> PageBlock:
         text = self.lettering.text
         *items, last = map(text, block.items)
         head = Row(
@@ -158,7 +138,7 @@ class SectionRows:
         )
         return PageBlock((head, *map(self._short, block.rows)), "packed")
 
-    def _short(self, row: Formula) -> Row:
+    def _short(self, row: tree.Formula) -> Row:
         """Return a label and what it equals, as short as it can be."""
         bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
         label, spans = self.lettering.text(row.label), self.lettering.text(row.ranges)
@@ -170,7 +150,7 @@ class SectionRows:
             return pieces
         return [*suffixed(pieces, ",", 1), Piece(spans, columns(spans) + 1, " ", "", 0)]
 
-    def _table(self, block: Table) -> list[Row]:
+    def _table(self, block: tree.Table) -> list[Row]:
         """Return a table whose columns are as wide as their cells; sentences stand last."""
         text, prose = self.lettering.text, block.prose or None
         order = sorted(range(len(block.heads)), key=lambda k: block.heads[k] == prose)
@@ -183,14 +163,14 @@ class SectionRows:
         ]
         return table(columns, [[text(row[k]) for k in order] for row in block.rows])
 
-    def _aligned(self, rows: Sequence[Formula]) -> Sequence[Row | PageBlock]:
+    def _aligned(self, rows: Sequence[tree.Formula]) -> Sequence[Row | PageBlock]:
         """Return rows with their first signs of equality below each other."""
         widths = [columns(self.lettering.text(row.label)) for row in rows]
         aligned = max((w for w in widths if w <= _LONGEST_LABEL), default=0)
         indents = [self.margin + (max(0, aligned - width) if width else 0) for width in widths]
         return [self._row(row, " " * n) for row, n in zip(rows, indents, strict=True)]
 
-    def _row(self, row: Formula, indent: str) -> Row:
+    def _row(self, row: tree.Formula, indent: str) -> Row:
         """A label and what it equals one after the other; a line ends at signs of equality."""
         bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
         label, name, middle = map(self.lettering.text, (row.label, row.name, row.middle))
@@ -222,7 +202,7 @@ class TerseRows(SectionRows):
 
     margin: int = 2
 
-    def section(self, section: Section) -> list[Row | PageBlock]:
+    def section(self, section: tree.Section) -> list[Row | PageBlock]:
         text = self.lettering.text
         if section.margin is not None:
             rows = SectionRows(self.lettering, self.printer, section.margin)
@@ -238,7 +218,7 @@ class TerseRows(SectionRows):
         )
         return [heading, *(row for block in section.blocks for row in self._block(block))]
 
-    def _aligned(self, rows: Sequence[Formula]) -> list[Row | PageBlock]:
+    def _aligned(self, rows: Sequence[tree.Formula]) -> list[Row | PageBlock]:
         names = [self.lettering.text(row.name) for row in rows]
         shown: list[Row | PageBlock] = []
         before = ""
@@ -257,7 +237,7 @@ class TerseRows(SectionRows):
             for (label, text), lead in zip(pairs, leads, strict=True)
         ]
 
-    def _terse(self, row: Formula, name: str, lead: str) -> Row:
+    def _terse(self, row: tree.Formula, name: str, lead: str) -> Row:
         text = self.lettering.text
         bodies = [self.printer.pieces(self.lettering.node(node)) for node in row.chain]
         label, middle, aside = map(text, (row.label, row.middle, row.aside))

@@ -8,20 +8,8 @@ from dataclasses import dataclass, field
 
 from lagrange_cli.notation.layout import break_lines
 from lagrange_cli.notation.printers.typst import CONTINUED, TypstPrinter, balanced, typst_string
+from lagrange_cli.report import tree
 from lagrange_cli.report.inlines import Text
-from lagrange_cli.report.tree import (
-    Bullets,
-    Formulas,
-    Labelled,
-    Law,
-    Paragraph,
-    Picture,
-    PlainBlock,
-    Section,
-    Table,
-    Title,
-    Verbatim,
-)
 from lagrange_cli.report.writers.rows import FormulaRow, RowSetter
 
 #: Lines of a display that stay on one page.
@@ -62,36 +50,36 @@ class Typesetter(RowSetter):
         strings = sum(map(len, re.findall(r'"(.*?)"', formula)))
         return strings + len(_LETTER.sub("x", _NO_ROOM.sub(" ", formula)).replace(" ", ""))
 
-    def section(self, section: Section) -> list[str]:
+    def section(self, section: tree.Section) -> list[str]:
         """Return the heading of a section and its blocks."""
         heading = self.text(section.heading)
         return [*([f"= {heading}"] if heading else []), *self.blocks(section)]
 
-    def blocks(self, section: Section) -> list[str]:
+    def blocks(self, section: tree.Section) -> list[str]:
         """Return the blocks of a section without its heading."""
         return [line for block in self.fitted(section) for line in self._block(block, section.name)]
 
-    def _block(self, block: PlainBlock, part: str) -> Iterator[str]:
+    def _block(self, block: tree.PlainBlock, part: str) -> Iterator[str]:
         match block:
-            case Paragraph(text):
+            case tree.Paragraph(text):
                 yield self.text(text)
-            case Title(text):
+            case tree.Title(text):
                 yield from ("", self.text(text))
-            case Law(text):
+            case tree.Law(text):
                 yield f"$ {self.text(text)} $"
-            case Formulas(_, result):
+            case tree.Formulas(_, result):
                 rows = self.rows(block)
                 yield from self.numbered(rows, part) if result else [self._display(rows)]
-            case Table():
+            case tree.Table():
                 yield from self._table(block)
-            case Bullets(items):
+            case tree.Bullets(items):
                 yield from (f"- {item}" for item in map(self.text, items))
-            case Labelled(rows):
+            case tree.Labelled(rows):
                 yield from (f"/ {self.text(a)}: {self.text(b)}" for a, b in rows)
-            case Verbatim(lines):
+            case tree.Verbatim(lines):
                 shown = ", ".join(map(typst_string, lines))
                 yield rf'#raw(block: true, ({shown},).join("\n"))'
-            case Picture():
+            case tree.Picture():
                 pass
 
     # -- displays -------------------------------------------------------------------
@@ -116,7 +104,7 @@ class Typesetter(RowSetter):
 
     # -- tables ---------------------------------------------------------------------
 
-    def _table(self, table: Table) -> Iterator[str]:
+    def _table(self, table: tree.Table) -> Iterator[str]:
         """Return a table between lines; a long one runs over pages, a wide one is small."""
         lines = zip(*(map(self.text, row) for row in (table.heads, *table.rows)), strict=True)
         room = sum(max(len(_SIGNS.sub("", cell)) for cell in column) + 3 for column in lines)
