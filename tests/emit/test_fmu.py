@@ -458,6 +458,20 @@ def test_texts_of_a_scene_stay_texts(derivation):
         ET.fromstring(page.partition("\n")[2].replace('<meta charset="utf-8">', ""))
 
 
+@pytest.mark.parametrize("name", ["fmi", "int", "math"])
+def test_a_scene_of_any_name_makes_a_valid_unit(name, tmp_path):
+    scene = ONE.format(name="one", mass=1.0, start=1).replace("name: ball_one", f"name: '{name}'")
+    ((file, data),) = loads(scene).derive().package("fmu").files.items()
+    assert file == f"{name}.fmu"
+    (tmp_path / "a.fmu").write_bytes(data)
+    assert validate_fmu(str(tmp_path / "a.fmu")) == []
+    with instances(str(tmp_path / "a.fmu"), steps=True) as (ball,):
+        ball.start().step(0.0, 1.0)
+        # x'' = -k x/m
+        exact = math.cos(3**0.5) + 0.5 / 3**0.5 * math.sin(3**0.5)
+        assert ball.get("x")[0] == pytest.approx(exact, abs=1e-9)
+
+
 def test_bytes_are_the_same_again(derivation):
     texts = derivation("driven_cart").emit("fmu")
     assert texts == loads(CART).derive().emit("fmu")

@@ -27,7 +27,7 @@ _CAUSALITY: dict[Kind, str] = {
 
 
 @dataclass(frozen=True)
-class Unit:
+class FmiUnit:
     """All that the description of a unit says.
 
     Attributes
@@ -60,7 +60,7 @@ def plain_text(text: str) -> str:
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
-def described_unit(unit: Unit, version: str) -> str:
+def described_unit(unit: FmiUnit, version: str) -> str:
     """Return modelDescription.xml of version ``2`` or ``3``."""
     is_new = version == "3"
     presentation = unit.equations.presentation
@@ -90,7 +90,7 @@ def described_unit(unit: Unit, version: str) -> str:
     return _serialized(root)
 
 
-def described_build(unit: Unit) -> str:
+def described_build(unit: FmiUnit) -> str:
     """Return buildDescription.xml, by which importers of version 3 compile the sources."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
@@ -110,7 +110,7 @@ def _described(text: str | None) -> dict[str, str]:
     return {"description": plain_text(text)} if text else {}
 
 
-def _add_interfaces(root: ET.Element, unit: Unit, *, is_new: bool) -> None:
+def _add_interfaces(root: ET.Element, unit: FmiUnit, *, is_new: bool) -> None:
     """Add model exchange and co-simulation, with what both can do."""
     abilities = {
         "modelIdentifier": unit.identifier,
@@ -132,7 +132,7 @@ def _add_interfaces(root: ET.Element, unit: Unit, *, is_new: bool) -> None:
             ET.SubElement(files, "File", name=name)
 
 
-def _add_experiment(root: ET.Element, unit: Unit) -> None:
+def _add_experiment(root: ET.Element, unit: FmiUnit) -> None:
     defaults = unit.equations.system.simulate
     experiment = ET.SubElement(root, "DefaultExperiment", startTime=repr(float(defaults.start)))
     if defaults.until is not None and defaults.until > defaults.start:

@@ -16,7 +16,7 @@ from xml.etree import ElementTree as ET
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.base import Package
 from lagrange_cli.emit.c.module import emit_c
-from lagrange_cli.emit.fmu.description import Unit, described_build, described_unit, plain_text
+from lagrange_cli.emit.fmu.description import FmiUnit, described_build, described_unit, plain_text
 from lagrange_cli.emit.fmu.variables import (
     Variable,
     input_start,
@@ -76,7 +76,7 @@ def emit_fmu(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     (identifier,) = unique_identifiers([equations.presentation.name], frozenset())
     variables = variables_of(equations)
     templates = unit_template("unit"), unit_template(_INTERFACES[version])
-    unit = Unit(
+    unit = FmiUnit(
         equations=equations,
         identifier=identifier,
         token=_token(repr(variables), *code.values(), *templates),
@@ -131,7 +131,7 @@ def _token(*texts: str) -> str:
     return "{" + str(uuid.UUID(digest(*texts)[:32])) + "}"
 
 
-def _wrapper(unit: Unit, header: str, version: str) -> str:
+def _wrapper(unit: FmiUnit, header: str, version: str) -> str:
     """Return the C of the interface around the emitted functions."""
     system = unit.equations.system
     closures, contacts = len(system.closures), len(system.contacts)
@@ -190,7 +190,7 @@ constant during a communication step.</p>
 """
 
 
-def _documentation(unit: Unit, version: str) -> str:
+def _documentation(unit: FmiUnit, version: str) -> str:
     """Return the page that importers show."""
     presentation = unit.equations.presentation
     return _PAGE.format(
