@@ -85,9 +85,10 @@ class Cpp(Driver):
         executed(["g++", *FLAGS, program, "-o", folder / "calls"], "", folder)
         return [str(folder / "calls")]
 
-    def script(self, module):
+    def script(self, module, words):
         program = module.files[0].with_suffix("")
         if not program.exists():
-            words = ["g++", *FLAGS, "-x", "c++", module.files[0], "-o", program]
-            executed(words, "", module.folder)
-        return [str(program)]
+            executed(
+                ["g++", *FLAGS, "-x", "c++", module.files[0], "-o", program], "", module.folder
+            )
+        return [str(program), *words]

@@ -66,8 +66,8 @@ class Rust(Driver):
         executed(["rustc", *FLAGS, program, "-o", folder / "calls"], "", folder)
         return [str(folder / "calls")]
 
-    def script(self, module):
+    def script(self, module, words):
         program = module.files[0].with_suffix("")
         if not program.exists():
             executed(["rustc", *FLAGS, module.files[0], "-o", program], "", module.folder)
-        return [str(program)]
+        return [str(program), *words]
