@@ -435,13 +435,28 @@ def test_no_allocation_no_state_only_math(make, tmp_path):
     assert not re.search(r"\b(malloc|alloca|static \w+ \w+ ?[\[=;])", text)
     # Locals are scalars: no array is declared anywhere.
     assert not re.search(r"^\s+(const )?double \w+\[", text, re.M)
-    run(compiler(), "-std=c99", "-O1", "-c", source, "-o", tmp_path / "object.o")
+    freestanding = ("-std=c99", "-O1", "-ffreestanding")
+    run(compiler(), *freestanding, "-c", source, "-o", tmp_path / "object.o")
     symbols = [
         line.split() for line in run(compiler("nm"), "-P", tmp_path / "object.o").splitlines()
     ]
     assert {kind for _, kind, *_ in symbols} <= {"T", "t", "U", "r"}
     math_functions = {"sin", "cos", "sincos", "exp", "sqrt", "fabs", "_GLOBAL_OFFSET_TABLE_"}
     assert {name for name, kind, *_ in symbols if kind == "U"} <= math_functions
+
+
+def test_comments_of_the_header_are_wrapped():
+    long = "one two three " * 40
+    (parameter, *others) = systems.bead_on_parabola().system.parameters
+    equations = changed(
+        systems.bead_on_parabola(),
+        description=long,
+        parameters=(replace(parameter, description=long), *others),
+    )
+    header = EMITTERS["c"].emit(equations)["bead_on_parabola.h"]
+    comment = header[: header.index("int bead_on_parabola_rhs")]
+    assert max(map(len, comment.splitlines())) <= 100
+    assert comment.count("two") == 80
 
 
 @pytest.mark.compiler

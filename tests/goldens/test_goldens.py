@@ -73,7 +73,7 @@ GOLDENS = {
         derive=("--form", "multiplier", "--forces"),
         emit=("--formulation", "multiplier"),
         formats=(("fortran", ("--main",)),),
-        languages=("fortran", "javascript", "octave"),
+        languages=("cpp", "fortran", "javascript", "octave", "rust"),
     ),
     "double_pendulum": Golden(
         "pendulums/double_pendulum.yaml",

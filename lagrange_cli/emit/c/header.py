@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.constraints import _reset_arguments, mode_target
@@ -11,7 +12,7 @@ from lagrange_cli.emit.c.further import (
     derivative_declarations,
     linearization_declaration,
 )
-from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.emit.c.target import CTarget, wrapped
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text, described, domain_note
 from lagrange_cli.emit.template_files import c_template
@@ -159,7 +160,13 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
     lines += _closures(equations)
     lines += _contacts(equations, target.prefix)
     lines += ["", *_conventions(equations, target.prefix).splitlines()]
-    return ["/*", *(f" * {line}".rstrip() for line in lines), " */"]
+    return ["/*", *(f" * {piece}".rstrip() for line in lines for piece in _pieces(line)), " */"]
+
+
+def _pieces(line: str) -> list[str]:
+    """Return a line of the comment, over several ones where it is longer than 100 columns."""
+    indented = " " * 4 if line.startswith(" ") else ""
+    return wrap(line, 97, subsequent_indent=indented, break_long_words=False) or [""]
 
 
 def _input_text(entry: Input) -> str:
@@ -299,7 +306,7 @@ def _structure(equations: Equations, target: CTarget) -> list[str]:
         default = "must be given"
         if parameter.value is not None:
             default = f"default {parameter.value!r}"
-        lines.append(f"    {real.name} {field}; /* {described(parameter)}; {default} */")
+        lines += wrapped(f"{real.name} {field}; /* {described(parameter)}; {default} */", 1, 1)
     if not equations.system.parameters:
         lines.append(f"    {real.name} {names.empty_field}; /* there are no parameters */")
     return [*lines, f"}} {target.prefix}_params;"]

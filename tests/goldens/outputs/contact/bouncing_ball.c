@@ -2,7 +2,7 @@
 
 #include "bouncing_ball.h"
 
-#if bouncing_ball_EMISSION != 0xefaa9f50UL
+#if bouncing_ball_EMISSION != 0x2a5c3694UL
 #error "bouncing_ball.c and bouncing_ball.h are not of one emission: emit both once more"
 #endif
 

@@ -1,7 +1,9 @@
 /*
  * bouncing_ball: Ball bouncing on a floor
  *
- * A ball thrown horizontally bounces with the coefficient of restitution e. Its bounces follow each other at 2 e^k sqrt(2 h/g), so that infinitely many of them end at sqrt(2 h/g) (1 + e)/(1 - e), here at 4.06 s. Brach, Mechanical Impact Dynamics, 1991, section 1.4.
+ * A ball thrown horizontally bounces with the coefficient of restitution e. Its bounces follow each
+ * other at 2 e^k sqrt(2 h/g), so that infinitely many of them end at sqrt(2 h/g) (1 + e)/(1 - e),
+ * here at 4.06 s. Brach, Mechanical Impact Dynamics, 1991, section 1.4.
  *
  * Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with one-sided
  * constraints beside them and a multiplier l[k] of each. g[k] is the gradient of
@@ -49,7 +51,7 @@ extern "C" {
 #define bouncing_ball_MULTIPLIERS 1
 #define bouncing_ball_CONSTRAINTS 2
 #define bouncing_ball_POSITIONS 1
-#define bouncing_ball_EMISSION 0xefaa9f50UL
+#define bouncing_ball_EMISSION 0x2a5c3694UL
 #define bouncing_ball_WORK 39
 
 typedef struct bouncing_ball_params {

@@ -2,7 +2,7 @@
 
 #include "damped_driven_pendulum.h"
 
-#if damped_driven_pendulum_EMISSION != 0x8d57f70eUL
+#if damped_driven_pendulum_EMISSION != 0x86c44bf6UL
 #error "damped_driven_pendulum.c and damped_driven_pendulum.h are not of one emission: emit both once more"
 #endif
 

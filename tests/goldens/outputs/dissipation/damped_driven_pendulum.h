@@ -1,7 +1,9 @@
 /*
  * damped_driven_pendulum: Damped driven pendulum
  *
- * A pendulum with friction in its hinge, driven by a torque that varies as cos(omega t). With the dimensionless strength of the drive gamma = 1.073 its motion settles to one of twice the period of the drive; from 1.0829 on it is chaotic. J. R. Taylor, Classical Mechanics (2005), chapter 12.
+ * A pendulum with friction in its hinge, driven by a torque that varies as cos(omega t). With the
+ * dimensionless strength of the drive gamma = 1.073 its motion settles to one of twice the period
+ * of the drive; from 1.0829 on it is chaotic. J. R. Taylor, Classical Mechanics (2005), chapter 12.
  *
  * Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.
  * Made by lagrange VERSION from the scene with SHA-256
@@ -33,7 +35,7 @@ extern "C" {
 
 #define damped_driven_pendulum_DOF 1
 #define damped_driven_pendulum_POSITIONS 3
-#define damped_driven_pendulum_EMISSION 0x8d57f70eUL
+#define damped_driven_pendulum_EMISSION 0x86c44bf6UL
 #define damped_driven_pendulum_WORK 1
 
 typedef struct damped_driven_pendulum_params {
@@ -41,7 +43,8 @@ typedef struct damped_driven_pendulum_params {
     float omega; /* omega [rad/s]: angular frequency of the drive; default 6.283185307179586 */
     float omega0; /* omega0 [rad/s]: natural angular frequency; default 9.42477796076938 */
     float beta; /* beta [1/s]: damping; default 2.356194490192345 */
-    float gamma; /* gamma: torque of the drive over the greatest torque of the weight; default 1.073 */
+    float gamma; /* gamma: torque of the drive over the greatest torque of the weight; default
+        1.073 */
     float g; /* g [m/s^2]: gravitational acceleration; default 9.81 */
     float l; /* l [m]: length of the rod; default 0.11044009017014816 */
 } damped_driven_pendulum_params;

@@ -2,7 +2,7 @@
 
 #include "double_pendulum.h"
 
-#if double_pendulum_EMISSION != 0xcbf0a0a5UL
+#if double_pendulum_EMISSION != 0x8f91cef0UL
 #error "double_pendulum.c and double_pendulum.h are not of one emission: emit both once more"
 #endif
 

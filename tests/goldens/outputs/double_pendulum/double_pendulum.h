@@ -1,7 +1,9 @@
 /*
  * double_pendulum: Double pendulum
  *
- * Two point masses on massless rods, the second hung from the first, in a vertical plane. Both angles are taken from the downward vertical. Chaotic at large amplitudes. L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 5, problem 1.
+ * Two point masses on massless rods, the second hung from the first, in a vertical plane. Both
+ * angles are taken from the downward vertical. Chaotic at large amplitudes. L. D. Landau and E. M.
+ * Lifshitz, Mechanics (3rd ed., 1976), section 5, problem 1.
  *
  * Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.
  * Made by lagrange VERSION from the scene with SHA-256
@@ -37,7 +39,7 @@ extern "C" {
 
 #define double_pendulum_DOF 2
 #define double_pendulum_POSITIONS 6
-#define double_pendulum_EMISSION 0xcbf0a0a5UL
+#define double_pendulum_EMISSION 0x8f91cef0UL
 #define double_pendulum_WORK 1
 
 typedef struct double_pendulum_params {

@@ -2,7 +2,7 @@
 
 #include "toda_ring.h"
 
-#if toda_ring_EMISSION != 0x38e13c5cUL
+#if toda_ring_EMISSION != 0xca0cf5aeUL
 #error "toda_ring.c and toda_ring.h are not of one emission: emit both once more"
 #endif
 

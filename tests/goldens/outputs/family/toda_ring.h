@@ -1,7 +1,10 @@
 /*
  * toda_ring: Toda lattice of n particles on a ring
  *
- * Particles whose neighbours repel each other exponentially, closed to a ring, without any coordinates in space: the Lagrangian is given by itself. Completely integrable for every n. M. Toda, Vibration of a chain with nonlinear interaction, Journal of the Physical Society of Japan 22 (1967) 431; H. Flaschka, The Toda lattice II, Physical Review B 9 (1974) 1924.
+ * Particles whose neighbours repel each other exponentially, closed to a ring, without any
+ * coordinates in space: the Lagrangian is given by itself. Completely integrable for every n. M.
+ * Toda, Vibration of a chain with nonlinear interaction, Journal of the Physical Society of Japan
+ * 22 (1967) 431; H. Flaschka, The Toda lattice II, Physical Review B 9 (1974) 1924.
  *
  * Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.
  * Made by lagrange VERSION from the scene with SHA-256
@@ -34,7 +37,7 @@ extern "C" {
 
 #define toda_ring_DOF 5
 #define toda_ring_POSITIONS 0
-#define toda_ring_EMISSION 0x38e13c5cUL
+#define toda_ring_EMISSION 0xca0cf5aeUL
 #define toda_ring_WORK 1
 
 typedef struct toda_ring_params {

@@ -2,7 +2,7 @@
 
 #include "knife_edge_on_incline.h"
 
-#if knife_edge_on_incline_EMISSION != 0xb5cff5e1UL
+#if knife_edge_on_incline_EMISSION != 0xdb1a3ddbUL
 #error "knife_edge_on_incline.c and knife_edge_on_incline.h are not of one emission: emit both once more"
 #endif
 

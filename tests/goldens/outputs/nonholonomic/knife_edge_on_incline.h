@@ -1,7 +1,10 @@
 /*
  * knife_edge_on_incline: Knife edge on an inclined plane
  *
- * A skate that turns steadily on a plane inclined by alpha, x pointing downhill: it may slide along its edge and not across. Released without speed it does not slide off, but moves on a cycloid across the slope. Yu. I. Neimark and N. A. Fufaev, Dynamics of Nonholonomic Systems (1972), chapter III; A. M. Bloch, Nonholonomic Mechanics and Control (2nd ed., 2015), section 1.6.
+ * A skate that turns steadily on a plane inclined by alpha, x pointing downhill: it may slide along
+ * its edge and not across. Released without speed it does not slide off, but moves on a cycloid
+ * across the slope. Yu. I. Neimark and N. A. Fufaev, Dynamics of Nonholonomic Systems (1972),
+ * chapter III; A. M. Bloch, Nonholonomic Mechanics and Control (2nd ed., 2015), section 1.6.
  *
  * Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closure
  * equations beside them and a multiplier l[k] of each. g[k] is the gradient of
@@ -41,7 +44,7 @@ extern "C" {
 #define knife_edge_on_incline_MULTIPLIERS 1
 #define knife_edge_on_incline_CONSTRAINTS 1
 #define knife_edge_on_incline_POSITIONS 1
-#define knife_edge_on_incline_EMISSION 0xb5cff5e1UL
+#define knife_edge_on_incline_EMISSION 0xdb1a3ddbUL
 #define knife_edge_on_incline_WORK 30
 
 typedef struct knife_edge_on_incline_params {

@@ -2,7 +2,7 @@
 
 #include "pendulum.h"
 
-#if pendulum_EMISSION != 0xa4830b3bUL
+#if pendulum_EMISSION != 0x3e9289daUL
 #error "pendulum.c and pendulum.h are not of one emission: emit both once more"
 #endif
 

@@ -1,7 +1,10 @@
 /*
  * pendulum: Simple pendulum
  *
- * A point mass on a massless rod, swinging in a vertical plane, released at rest. The angle is 2 asin(k cd(sqrt(g/l) t, k)) with k = sin(theta0/2), cd = cn/dn Jacobi's function; the period is 4 sqrt(l/g) K(k). L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 11, problem 1.
+ * A point mass on a massless rod, swinging in a vertical plane, released at rest. The angle is 2
+ * asin(k cd(sqrt(g/l) t, k)) with k = sin(theta0/2), cd = cn/dn Jacobi's function; the period is 4
+ * sqrt(l/g) K(k). L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 11, problem
+ * 1.
  *
  * Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.
  * Made by lagrange VERSION from the scene with SHA-256
@@ -33,7 +36,7 @@ extern "C" {
 
 #define pendulum_DOF 1
 #define pendulum_POSITIONS 3
-#define pendulum_EMISSION 0xa4830b3bUL
+#define pendulum_EMISSION 0x3e9289daUL
 #define pendulum_WORK 1
 
 typedef struct pendulum_params {

@@ -2,7 +2,7 @@
 
 #include "pendulum.h"
 
-#if pendulum_EMISSION != 0x8019fec3UL
+#if pendulum_EMISSION != 0x3f3e0646UL
 #error "pendulum.c and pendulum.h are not of one emission: emit both once more"
 #endif
 

@@ -1,7 +1,10 @@
 /*
  * pendulum: Simple pendulum
  *
- * A point mass on a massless rod, swinging in a vertical plane, released at rest. The angle is 2 asin(k cd(sqrt(g/l) t, k)) with k = sin(theta0/2), cd = cn/dn Jacobi's function; the period is 4 sqrt(l/g) K(k). L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 11, problem 1.
+ * A point mass on a massless rod, swinging in a vertical plane, released at rest. The angle is 2
+ * asin(k cd(sqrt(g/l) t, k)) with k = sin(theta0/2), cd = cn/dn Jacobi's function; the period is 4
+ * sqrt(l/g) K(k). L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 11, problem
+ * 1.
  *
  * Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closure
  * equations beside them and a multiplier l[k] of each. g[k] is the gradient of
@@ -40,7 +43,7 @@ extern "C" {
 #define pendulum_MULTIPLIERS 1
 #define pendulum_CONSTRAINTS 2
 #define pendulum_POSITIONS 1
-#define pendulum_EMISSION 0x8019fec3UL
+#define pendulum_EMISSION 0x3f3e0646UL
 #define pendulum_WORK 30
 
 typedef struct pendulum_params {

@@ -2,7 +2,7 @@
 
 #include "pendulum_driven_support.h"
 
-#if pendulum_driven_support_EMISSION != 0x8c5ea63eUL
+#if pendulum_driven_support_EMISSION != 0x9707e9ddUL
 #error "pendulum_driven_support.c and pendulum_driven_support.h are not of one emission: emit both once more"
 #endif
 

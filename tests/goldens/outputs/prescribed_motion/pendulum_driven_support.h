@@ -1,7 +1,9 @@
 /*
  * pendulum_driven_support: Pendulum whose support is driven to and fro
  *
- * The support moves along a horizontal line as A cos(Omega t); the rod is a constraint that depends on time. No momentum and no energy is conserved. L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 5, problem 3b.
+ * The support moves along a horizontal line as A cos(Omega t); the rod is a constraint that depends
+ * on time. No momentum and no energy is conserved. L. D. Landau and E. M. Lifshitz, Mechanics (3rd
+ * ed., 1976), section 5, problem 3b.
  *
  * Equations of motion M(q, t) a = f(q, v, t) with n degrees of freedom.
  * Made by lagrange VERSION from the scene with SHA-256
@@ -36,7 +38,7 @@ extern "C" {
 
 #define pendulum_driven_support_DOF 1
 #define pendulum_driven_support_POSITIONS 6
-#define pendulum_driven_support_EMISSION 0x8c5ea63eUL
+#define pendulum_driven_support_EMISSION 0x9707e9ddUL
 #define pendulum_driven_support_WORK 1
 
 typedef struct pendulum_driven_support_params {
