@@ -29,13 +29,13 @@ class Module:
     Attributes
     ----------
     equations, interface
-        Those of the scene.
+        Those of the scene; no interface where the language needs none.
     files
         Its files, in a folder of their own.
     """
 
     equations: Equations
-    interface: Interface
+    interface: Interface | None
     files: tuple[Path, ...]
 
     @property
@@ -61,12 +61,15 @@ class Driver(ABC):
         Options of the format, with which a script is written.
     has_solvers
         Its modules solve every system of equations, whatever routines are translated.
+    holds_everything
+        Scenes that have no interface of functions of a state are not refused.
     """
 
     language: ClassVar[str]
     programs: ClassVar[tuple[str, ...]] = ()
     options: ClassVar[dict[str, str | bool]] = {}
     has_solvers: ClassVar[bool] = False
+    holds_everything: ClassVar[bool] = False
 
     @abstractmethod
     def build(self, folder: Path, modules: list[Module]) -> list[str]:
@@ -86,7 +89,9 @@ class Driver(ABC):
         files = EMITTERS[self.language].emit(equations, self.options)
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
-        interface = interface_of(equations, self.language, frozenset())
+        interface = None
+        if not self.holds_everything:
+            interface = interface_of(equations, self.language, frozenset())
         return Module(equations, interface, tuple(folder / name for name in files))
 
     def results(self, folder, modules, calls):

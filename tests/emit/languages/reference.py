@@ -9,6 +9,7 @@ Algorithms* (2002), chapter 3.
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -129,13 +130,23 @@ class Call:
     expected: tuple[float, ...]
     sizes: tuple[float, ...]
 
+    def errors(self, results):
+        """Return the errors of results, relative to their sizes; infinity for NaN."""
+        assert len(results) == len(self.expected), self.function
+        errors = []
+        for x, exact, size in zip(results, self.expected, self.sizes, strict=True):
+            error = abs(x - exact)
+            errors.append(0.0 if error == 0 else error / size if size and error >= 0 else math.inf)
+        return errors
+
     def wrong(self, results, tolerance):
         """Say which result is off; None if none is."""
         if len(results) != len(self.expected):
             return f"{self.function}: {len(results)} results, not {len(self.expected)}"
-        for k, (x, a, size) in enumerate(zip(results, self.expected, self.sizes, strict=True)):
-            if not abs(x - a) <= tolerance * size:
-                return f"{self.function}[{k}] at t = {self.t}: {x} is not {a} (size {size})"
+        for k, error in enumerate(self.errors(results)):
+            if not error <= tolerance:
+                place = f"{self.function}[{k}] at t = {self.t}"
+                return f"{place}: {results[k]} is not {self.expected[k]}, off by {error:.1e}"
         return None
 
 
@@ -199,6 +210,7 @@ class _Values:
 
     def __init__(self, equations):
         s = equations.system
+        recorded = any(u.expression is None for u in s.inputs)
         parts = {
             "mass_matrix": [m for row in s.mass_matrix for m in row],
             "forcing": s.forcing,
@@ -210,7 +222,7 @@ class _Values:
             "biases": [c.bias for c in s.closures],
             "closures": [c.expression for c in s.closures if c.kind == "position"],
             "rates": [c.rate for c in s.closures],
-            "inputs": [u.expression for u in s.inputs],
+            "inputs": [] if recorded else [u.expression for u in s.inputs],
         }
         arguments = [s.t, *(c.q for c in s.coordinates), *(c.v for c in s.coordinates)]
         arguments += [x.symbol for x in (*s.parameters, *s.inputs)]
@@ -238,7 +250,8 @@ def _at(equations, values_at, t, y, p):
     s = equations.system
     n, m = len(s.coordinates), len(s.closures)
     inputs = values_at(t, y, p, [0.0] * len(s.inputs))["inputs"] if s.inputs else []
-    u = tuple(float(x.value) + 0.25 for x in inputs)
+    # Those from a file are any numbers.
+    u = tuple(float(x.value) + 0.25 for x in inputs) or (0.25,) * len(s.inputs)
     values = values_at(t, y, p, u)
     solution = _solved(values, n, m)
     if solution is None:
