@@ -10,14 +10,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import prod
-from textwrap import indent, wrap
+from textwrap import indent
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.languages.interface import Interface, interface_of, is_input
+from lagrange_cli.emit.languages.fortran_program import main_program
+from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of, is_input
 from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language, local_arrays
 from lagrange_cli.emit.languages.routines import routine_texts
 from lagrange_cli.emit.languages.signatures import Argument, Signature
-from lagrange_cli.emit.naming import comment_text, file_stem
+from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
 from lagrange_cli.program.lowered.functions import (
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 _WORDS = f"""
 {" ".join(PROGRAM_FUNCTIONS)} all merge ieee_is_finite ieee_is_nan real64 wp real integer type
-sign_of smaller larger power parameters integrate initial
+sign_of smaller larger power parameters integrate initial project error change square
 t y u p p_values found out status i j k l given matrix vector columns scales band multipliers work w
 allocate associate backspace block call case class close contains cycle data deallocate do else
 elseif elsewhere end enddo endfile endif entry error exit external flush forall format function go
@@ -60,8 +61,11 @@ _TYPES = {
     "integers": "integer :: ",
 }
 
-#: Variable that takes the result of a routine.
+#: Result of a routine.
 _RESULT = "found"
+
+#: Kind of the result of a routine that another one calls → the variable that takes it.
+_TAKEN = {"bool": "succeeded", "real": "measured", "int": "counted"}
 
 #: Numbers of an array from which on it is allocated instead of standing on the stack.
 _LARGE = 4096
@@ -82,12 +86,8 @@ class Fortran(Language):
     first = 1
     tab = "  "
     named = "uqv"
-    words: ClassVar = {
-        "and": ".and.",
-        "or": ".or.",
-        "not": ".not. ",
-        "True": ".true.",
-        "False": ".false.",
+    words: ClassVar = {"and": ".and.", "or": ".or.", "not": ".not. "} | {
+        text: f".{text.lower()}." for text in ("True", "False")
     }
     whole: ClassVar = {"min": "min", "max": "max"}
     augments = False
@@ -101,7 +101,6 @@ class Fortran(Language):
         fields = {f"p{k}": f"p%{p.identifier}" for k, p in enumerate(interface.parameters)}
         self.dialect = replace(self.dialect, names={**self.dialect.names, **fields})
         self._scalar = False
-        self._returns = False
 
     def number(self, value: Coefficient) -> str:
         return f"{double_literal(value)}_wp"
@@ -145,7 +144,7 @@ class Fortran(Language):
         if "p" in read:
             yield f"real(wp) :: p_values({function.parameters})"
         if any(isinstance(step, Solve) for step in steps_in(body)):
-            yield f"{_TYPES['bool']}{_RESULT}"
+            yield f"{_TYPES['bool']}found"
         totals = any(isinstance(step, Total) for step in steps_in(body))
         counters = COUNTERS[: max(loop_depth(_without_check(function)), int(totals))]
         if counters:
@@ -191,8 +190,8 @@ class Fortran(Language):
     def solve(self, step: Solve) -> list[str]:
         first = [self.element_text(a.name, str(a.index.base + 1)) for a in step.arrays]
         sizes_and_tables = [*map(str, step.sizes), *map(self.table, step.tables)]
-        arguments = ", ".join([*sizes_and_tables, *first, _RESULT])
-        return [*self.broken(f"call solve_{step.routine}({arguments})"), *self.require(_RESULT)]
+        arguments = ", ".join([*sizes_and_tables, *first, "found"])
+        return [*self.broken(f"call solve_{step.routine}({arguments})"), *self.require("found")]
 
     def scope(self) -> None:
         return None
@@ -207,23 +206,54 @@ class Fortran(Language):
 
     # -- routines --------------------------------------------------------------------
 
+    @property
+    def inputs_of_closures(self) -> list[str]:
+        """The argument that functions of closures take besides t, y and p, if there is any."""
+        projection = self.interface.projection
+        return ["u"] if projection is not None and projection.driven else []
+
+    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
+        arguments = ["t", y, *self.inputs_of_closures, "p", results, "status"]
+        return [f"call {function}({', '.join(arguments)})"], "status == 0"
+
     def routine_head(self, routine: Signature) -> list[str]:
-        self._returns = routine.result != "none"
-        names = [*(a.name for a in routine.arguments)]
-        of_result = f"{_TYPES[routine.result]}{_RESULT}" if self._returns else ""
+        names = []
+        for argument in routine.arguments:
+            of_closures = ["t", *self.inputs_of_closures, "p"]
+            names += of_closures if argument.kind == "closures" else [argument.name]
+        begins = f"pure function {routine.name}({', '.join(names)}) result({_RESULT})"
         if _changes(routine):
-            declared = of_result.replace(" ::", ", intent(out) ::")
-            names += [_RESULT] if self._returns else []
-            begins = f"pure subroutine {routine.name}({', '.join(names)})"
-        else:
-            declared = of_result
-            begins = f"pure function {routine.name}({', '.join(names)}) result({_RESULT})"
-        locals_ = [f"{_TYPES[kind]}{name}" for name, kind in routine.names.items()]
-        if any(_changes(r) and r.result != "none" for r in routine.called) and (not self._returns):
-            locals_.append(f"{_TYPES['bool']}{_RESULT}")
-        lines = [declared, *map(_argument, routine.arguments), *locals_]
+            passed = ", ".join([*names, *([] if routine.result == "none" else [_RESULT])])
+            begins = f"pure subroutine {routine.name}({passed})"
         documentation = (f"!> {line}".rstrip() for line in routine.documentation)
-        return [*documentation, begins, *(f"{self.tab}{line}" for line in lines if line)]
+        lines = (f"{self.tab}{line}" for line in self._of_routine(routine))
+        return [*documentation, begins, *lines]
+
+    def _of_routine(self, routine: Signature) -> Iterator[str]:
+        """Declare what a routine returns, takes and names."""
+        if routine.result != "none":
+            declared = f"{_TYPES[routine.result]}{_RESULT}"
+            intent = ", intent(out) ::" if _changes(routine) else " ::"
+            yield declared.replace(" ::", intent)
+        for argument in routine.arguments:
+            yield from self._of_argument(argument)
+        for name, kind in routine.names.items():
+            yield f"{_TYPES[kind]}{name}"
+        for kind in dict.fromkeys(r.result for r in routine.called if _changes(r)):
+            if kind != "none":
+                yield f"{_TYPES[kind]}{_TAKEN[kind]}"
+        if any(argument.kind == "closures" for argument in routine.arguments):
+            yield "integer :: status"
+
+    def _of_argument(self, argument: Argument) -> list[str]:
+        """Declare an argument of a routine, or those by which functions of closures are called."""
+        if argument.kind == "closures":
+            u = [f"real(wp), intent(in) :: u({len(self.interface.inputs)})"]
+            head = ["real(wp), intent(in) :: t", "type(parameters), intent(in) :: p"]
+            return [*head, *(u if self.inputs_of_closures else [])]
+        intent = f", intent({'inout' if argument.changed else 'in'}) ::"
+        size = "(*)" if argument.kind in ("reals", "integers") else ""
+        return [f"{_TYPES[argument.kind].replace(' ::', intent)}{argument.name}{size}"]
 
     def routine_foot(self, routine: Signature) -> list[str]:
         return [f"end {'subroutine' if _changes(routine) else 'function'} {routine.name}"]
@@ -256,7 +286,8 @@ class Fortran(Language):
             return super().called(routine, arguments)
         if routine.result == "none":
             return [], f"call {routine.name}({', '.join(arguments)})"
-        return [f"call {routine.name}({', '.join([*arguments, _RESULT])})"], _RESULT
+        result = _TAKEN[routine.result]
+        return [f"call {routine.name}({', '.join([*arguments, result])})"], result
 
     def called_alone(self, text: str) -> list[str]:
         return [text]
@@ -275,12 +306,6 @@ def _changes(routine: Signature) -> bool:
     return any(argument.changed for argument in routine.arguments)
 
 
-def _argument(argument: Argument) -> str:
-    intent = "inout" if argument.changed else "in"
-    size = "(*)" if argument.kind in ("reals", "integers") else ""
-    return f"{_TYPES[argument.kind].replace(' ::', f', intent({intent}) ::')}{argument.name}{size}"
-
-
 def is_driven(function: Function) -> bool:
     """Tell whether a function is handed inputs."""
     return bool(function.driven) and function.name != "inputs"
@@ -289,10 +314,6 @@ def is_driven(function: Function) -> bool:
 def _without_check(function: Function) -> tuple[Step, ...]:
     """The statements before the check of the results, which needs no loop here."""
     return function.body[:-1] if prod(function.shape) else function.body
-
-
-def _quoted(text: str) -> str:
-    return "'" + comment_text(text).replace("'", "''") + "'"
 
 
 def _split(line: str) -> Iterator[str]:
@@ -336,12 +357,50 @@ def _helpers(text: str) -> Iterator[str]:
             yield helper.rstrip("\n")
 
 
+def _projected(language: Fortran, t: str, y: str) -> str:
+    """Return the lines that lead a state back to the closures, by inputs at its time."""
+    u = language.inputs_of_closures
+    lines = [f"call inputs({t}, {y}, p, u, status)"] if u else []
+    lines += [f"call project({', '.join([t, y, *u, 'p', 'status'])})", "if (status /= 0) return"]
+    return "".join(f"      {line}\n" for line in lines)
+
+
+def _project(language: Fortran, projection: Projection) -> str:
+    """Return the subroutine ``project``, which calls routines."""
+    positions, m = projection.positions, projection.closures
+    language.routines |= {"lead_velocities", "is_near"}
+    u, n = language.inputs_of_closures, len(language.interface.coordinates)
+    first = ""
+    if positions:
+        language.routines |= {"lead_positions"}
+        passed = ", ".join([str(n), str(positions), "t", *u, "p", "y", "error", "square", "change"])
+        lines = [f"call lead_positions({passed}, found)", "status = merge(0, 1, found)"]
+        first = "".join(f"    {line}\n" for line in [*lines, "if (.not. found) return"])
+    replacements = {
+        "@U@": "u, " if u else "",
+        "@STATES@": str(2 * n),
+        "@DECLARED@": f"    real(wp), intent(in) :: u({len(language.interface.inputs)})\n" * len(u),
+        "@TWICE@": str(2 * m),
+        "@SQUARE@": f", square({positions})" if positions else "",
+        "@POSITIONS@": first,
+        "@M@": str(m),
+        "@N@": str(n),
+    }
+    return filled(template("fortran", "project.f90"), replacements).rstrip("\n")
+
+
 def _module(language: Fortran) -> str:
     interface = language.interface
-    functions = ["\n".join(language.function_lines(*pair)) for pair in interface.functions]
+    projection = interface.projection
+    inner = () if projection is None else projection.functions
+    functions = [
+        "\n".join(language.function_lines(*pair)) for pair in (*interface.functions, *inner)
+    ]
+    functions += [] if projection is None else [_project(language, projection)]
     functions += [indent(text, language.tab) for text in routine_texts(language)]
     names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
     names += [] if interface.initial is None else ["initial"]
+    names += [] if projection is None else ["project", "is_near"]
     size = 2 * len(interface.coordinates)
     driven = ["call inputs(s, y + at(stage)*h*slope, p, u, status)", "if (status /= 0) return"]
     integrate = {
@@ -349,6 +408,7 @@ def _module(language: Fortran) -> str:
         "@INPUTS@": f", u({len(interface.inputs)})" if interface.inputs else "",
         "@DRIVEN@": "".join(f"        {x}\n" for x in driven if interface.inputs),
         "@GIVEN@": "u, " if interface.inputs else "",
+        "@PROJECTED@": _projected(language, "t + (step + 1)*h", "y") if projection else "",
     }
     parts = [
         "\n".join(language.commented(interface.heading)),
@@ -367,34 +427,6 @@ def _module(language: Fortran) -> str:
     return "\n\n".join(parts)
 
 
-def _main(interface: Interface) -> str:
-    """Return the program that integrates and prints a table."""
-    names = [*interface.state, *(p.name for p in interface.parameters), "until", "steps"]
-    states = len(interface.state)
-    values = [*(interface.initial or [None] * states), *(p.value for p in interface.parameters)]
-    values += [interface.until, float(interface.steps)]
-    width = max(map(len, map(comment_text, names)))
-    fields = ", ".join(f"values({states + 1 + k})" for k, _ in enumerate(interface.parameters))
-    lists = {
-        "@VALUES@": [f"{x or 0.0!r}_wp" for x in values],
-        "@KNOWN@": [f".{x is not None}.".lower() for x in values],
-    }
-    replacements = {
-        "@NAME@": interface.name,
-        "@STATES@": str(states),
-        "@ROWS@": str(interface.rows),
-        "@TOTAL@": str(len(names)),
-        "@START@": f"{interface.start!r}_wp",
-        "@PARAMETERS@": f"p = parameters({fields})",
-        "@NAMES@": f"[character(len={width}) :: " + ", &\n    ".join(map(_quoted, names)) + "]",
-        **{
-            token: "[" + " &\n    ".join(wrap(", ".join(texts), 90)) + "]"
-            for token, texts in lists.items()
-        },
-    }
-    return filled(template("fortran", "main.f90"), replacements)
-
-
 def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.f90``; option: ``main``.
 
@@ -408,6 +440,6 @@ def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dic
     interface = interface_of(
         equations, "fortran", Fortran.reserved, caseless=True, longest=_LONGEST
     )
-    text = _module(Fortran(interface)) + (f"\n{_main(interface)}" if options["main"] else "")
+    text = _module(Fortran(interface)) + (f"\n{main_program(interface)}" if options["main"] else "")
     lines = [part for line in text.split("\n") for part in _split(line)]
     return {f"{file_stem(equations.presentation.name)}.f90": "\n".join(lines)}

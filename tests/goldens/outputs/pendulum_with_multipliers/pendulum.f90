@@ -34,7 +34,7 @@ module pendulum
   implicit none
   private
   public :: parameters, integrate, rhs, mass_matrix, forcing, energy, positions, velocities, &
-    multipliers, constraints, initial
+    multipliers, constraints, initial, project, is_near
 
   integer, parameter :: wp = real64
 
@@ -225,6 +225,198 @@ contains
     if (.not. all(ieee_is_finite(out))) status = 2
   end subroutine constraints
 
+  !> Residuals of closures of positions, then magnitudes of their terms.
+  pure subroutine position_error(t, y, p, out, status)
+    real(wp), intent(in) :: t, y(4)
+    type(parameters), intent(in) :: p
+    real(wp), intent(out) :: out(2)
+    integer, intent(out) :: status
+    real(wp) :: x, z, w0, w1, w2
+    associate (unused_t => t)
+    end associate
+    status = 0
+    x = y(1)
+    z = y(2)
+    w0 = x*x
+    w1 = z*z
+    w2 = p%l_*p%l_
+    out(1) = w0 + w1 - w2
+    out(2) = abs(w0) + abs(w1) + abs(w2) + abs(2.0_wp*w0) + abs(2.0_wp*w1)
+    if (.not. all(ieee_is_finite(out))) status = 2
+  end subroutine position_error
+
+  !> Squares of the gradients of closures of positions.
+  pure subroutine position_reach(t, y, p, out, status)
+    real(wp), intent(in) :: t, y(4)
+    type(parameters), intent(in) :: p
+    real(wp), intent(out) :: out(1)
+    integer, intent(out) :: status
+    real(wp) :: x, z
+    associate (unused_t => t)
+    end associate
+    status = 0
+    x = y(1)
+    z = y(2)
+    out(1) = 4.0_wp*(x*x + z*z)/p%m
+    if (.not. all(ieee_is_finite(out))) status = 2
+  end subroutine position_reach
+
+  !> Change of q that leads to the closures, in the metric of the energy.
+  pure subroutine position_change(t, y, p, out, status)
+    real(wp), intent(in) :: t, y(4)
+    type(parameters), intent(in) :: p
+    real(wp), intent(out) :: out(2)
+    integer, intent(out) :: status
+    real(wp) :: x, z
+    real(wp) :: matrix(9)
+    real(wp) :: vector(3)
+    real(wp) :: scales(3)
+    real(wp) :: copy(9)
+    real(wp) :: defect(3)
+    logical :: found
+    associate (unused_t => t)
+    end associate
+    status = 0
+    x = y(1)
+    z = y(2)
+    matrix(1) = p%m
+    matrix(2) = 0.0_wp
+    matrix(5) = p%m
+    matrix(7) = 2.0_wp*x
+    matrix(8) = 2.0_wp*z
+    matrix(9) = 0.0_wp
+    vector(1) = 0.0_wp
+    vector(2) = 0.0_wp
+    vector(3) = -x*x - z*z + p%l_*p%l_
+    call solve_saddle(2, 1, matrix(1), vector(1), scales(1), copy(1), defect(1), found)
+    if (.not. (found)) then
+      status = 1
+      return
+    end if
+    out(1) = vector(1)
+    out(2) = vector(2)
+    if (.not. all(ieee_is_finite(out))) status = 2
+  end subroutine position_change
+
+  !> Residuals of the rates of closures, then magnitudes of their terms.
+  pure subroutine velocity_error(t, y, p, out, status)
+    real(wp), intent(in) :: t, y(4)
+    type(parameters), intent(in) :: p
+    real(wp), intent(out) :: out(2)
+    integer, intent(out) :: status
+    real(wp) :: x, z, x_dot, z_dot, w0, w1
+    associate (unused_t => t, unused_p => p)
+    end associate
+    status = 0
+    x = y(1)
+    z = y(2)
+    x_dot = y(3)
+    z_dot = y(4)
+    w0 = x*x_dot
+    w1 = z*z_dot
+    out(1) = 2.0_wp*(w0 + w1)
+    out(2) = abs(2.0_wp*w0) + abs(2.0_wp*w1)
+    if (.not. all(ieee_is_finite(out))) status = 2
+  end subroutine velocity_error
+
+  !> Change of v that leads to the closures, in the metric of the energy.
+  pure subroutine velocity_change(t, y, p, out, status)
+    real(wp), intent(in) :: t, y(4)
+    type(parameters), intent(in) :: p
+    real(wp), intent(out) :: out(2)
+    integer, intent(out) :: status
+    real(wp) :: x, z, x_dot, z_dot
+    real(wp) :: matrix(9)
+    real(wp) :: vector(3)
+    real(wp) :: scales(3)
+    real(wp) :: copy(9)
+    real(wp) :: defect(3)
+    logical :: found
+    associate (unused_t => t)
+    end associate
+    status = 0
+    x = y(1)
+    z = y(2)
+    x_dot = y(3)
+    z_dot = y(4)
+    matrix(1) = p%m
+    matrix(2) = 0.0_wp
+    matrix(5) = p%m
+    matrix(7) = 2.0_wp*x
+    matrix(8) = 2.0_wp*z
+    matrix(9) = 0.0_wp
+    vector(1) = 0.0_wp
+    vector(2) = 0.0_wp
+    vector(3) = -2.0_wp*(x*x_dot + z*z_dot)
+    call solve_saddle(2, 1, matrix(1), vector(1), scales(1), copy(1), defect(1), found)
+    if (.not. (found)) then
+      status = 1
+      return
+    end if
+    out(1) = vector(1)
+    out(2) = vector(2)
+    if (.not. all(ieee_is_finite(out))) status = 2
+  end subroutine velocity_change
+
+  !> Lead a state back to the closures, which it leaves in the course of integration: q by the
+  !> smallest changes in the metric of the kinetic energy, then v. status is 1 in a singular
+  !> configuration, or too far from any state that obeys the closures.
+  pure subroutine project(t, y, p, status)
+    real(wp), intent(in) :: t
+    real(wp), intent(inout) :: y(4)
+    type(parameters), intent(in) :: p
+    integer, intent(out) :: status
+    real(wp) :: change(2), error(2), square(1)
+    logical :: found
+    call lead_positions(2, 1, t, p, y, error, square, change, found)
+    status = merge(0, 1, found)
+    if (.not. found) return
+    call lead_velocities(2, 1, t, p, y, error, change, found)
+    status = merge(0, 1, found)
+  end subroutine project
+
+  !> Tell whether a state of n coordinates obeys closures, but for rounding of its numbers.
+  !>
+  !> y is the state led back to them, span the duration of a run: velocities that move no coordinate
+  !> by more than rounding in it are none.
+  pure function is_near(n, span, stated, y) result(found)
+    logical :: found
+    integer, intent(in) :: n
+    real(wp), intent(in) :: span
+    real(wp), intent(in) :: stated(*)
+    real(wp), intent(in) :: y(*)
+    real(wp) :: place
+    real(wp) :: rate
+    integer :: i
+    real(wp) :: bound
+    place = 0.0_wp
+    rate = 0.0_wp
+    do i = 0, n - 1
+      if (abs(stated(i + 1)) > place) then
+        place = abs(stated(i + 1))
+      end if
+      if (abs(stated(n + i + 1)) > rate) then
+        rate = abs(stated(n + i + 1))
+      end if
+    end do
+    bound = 1e-09_wp*rate
+    if (.not. (abs(span) <= 0.0_wp)) then
+      bound = bound + 7.105427357601002e-15_wp*place/abs(span)
+    end if
+    do i = 0, n - 1
+      if (.not. (abs(y(i + 1) - stated(i + 1)) <= 1e-09_wp*place)) then
+        found = .false.
+        return
+      end if
+      if (.not. (abs(y(n + i + 1) - stated(n + i + 1)) <= bound)) then
+        found = .false.
+        return
+      end if
+    end do
+    found = .true.
+    return
+  end function is_near
+
   !> Return the largest power of two that is not above x, or the smallest normal number.
   pure function power_of_two(x) result(found)
     real(wp) :: found
@@ -243,6 +435,155 @@ contains
     found = power
     return
   end function power_of_two
+
+  !> Return the largest of m residuals, in units of the last place of the magnitude m behind.
+  pure function residual(m, error) result(found)
+    real(wp) :: found
+    integer, intent(in) :: m
+    real(wp), intent(in) :: error(*)
+    real(wp) :: largest
+    integer :: k
+    real(wp) :: size
+    largest = 0.0_wp
+    do k = 0, m - 1
+      size = abs(error(k + 1))/(2.0_wp*1.1102230246251565e-16_wp*power_of_two(error(m + k + 1)))
+      if (size > largest) then
+        largest = size
+      end if
+    end do
+    found = largest
+    return
+  end function residual
+
+  !> Return the same where changes of all coordinates are found, and rounded, together.
+  !>
+  !> The magnitude of one residual counts for another as far as a change of the coordinates that
+  !> makes the one does the other: square holds the squares of their gradients. A residual that is
+  !> the difference of nothing (a height that is zero) has no magnitude of its own.
+  pure subroutine coupled_residual(m, error, square, found)
+    real(wp), intent(out) :: found
+    integer, intent(in) :: m
+    real(wp), intent(inout) :: error(*)
+    real(wp), intent(in) :: square(*)
+    real(wp) :: reach
+    integer :: k
+    real(wp) :: length
+    real(wp) :: magnitude
+    reach = 0.0_wp
+    do k = 0, m - 1
+      if (square(k + 1) > 0.0_wp) then
+        length = error(m + k + 1)/sqrt(square(k + 1))
+        if (length > reach) then
+          reach = length
+        end if
+      end if
+    end do
+    do k = 0, m - 1
+      magnitude = reach*sqrt(square(k + 1))
+      if (magnitude > error(m + k + 1) .and. magnitude <= 1.7976931348623157e+308_wp) then
+        error(m + k + 1) = magnitude
+      end if
+    end do
+    found = residual(m, error)
+    return
+  end subroutine coupled_residual
+
+  !> Lead n coordinates back to m closures of positions, by the smallest changes.
+  !>
+  !> Their metric is the kinetic energy. Newton's method goes on until only rounding is left, or
+  !> little more that no change makes smaller. The arrays behind y are overwritten. Tell whether the
+  !> closures hold; else the configuration is singular, or too far from any that obeys them.
+  pure subroutine lead_positions(n, m, t, p, y, error, square, change, found)
+    logical, intent(out) :: found
+    integer, intent(in) :: n
+    integer, intent(in) :: m
+    real(wp), intent(in) :: t
+    type(parameters), intent(in) :: p
+    real(wp), intent(inout) :: y(*)
+    real(wp), intent(inout) :: error(*)
+    real(wp), intent(inout) :: square(*)
+    real(wp), intent(inout) :: change(*)
+    real(wp) :: last
+    integer :: number
+    real(wp) :: size
+    integer :: i
+    real(wp) :: measured
+    integer :: status
+    last = 0.0_wp
+    do number = 0, 50 + 1 - 1
+      call position_error(t, y, p, error, status)
+      if (.not. status == 0) then
+        found = .false.
+        return
+      end if
+      size = residual(m, error)
+      if (size <= 1.0_wp) then
+        found = .true.
+        return
+      end if
+      if (number > 0) then
+        call position_reach(t, y, p, square, status)
+        if (.not. status == 0) then
+          found = .false.
+          return
+        end if
+        call coupled_residual(m, error, square, measured)
+        size = measured
+        if (size <= 1.0_wp) then
+          found = .true.
+          return
+        end if
+        if (size <= 1024.0_wp .and. 2.0_wp*size > last) then
+          found = .true.
+          return
+        end if
+      end if
+      last = size
+      call position_change(t, y, p, change, status)
+      if (.not. status == 0) then
+        found = .false.
+        return
+      end if
+      do i = 0, n - 1
+        y(i + 1) = y(i + 1) + change(i + 1)
+      end do
+    end do
+    found = .false.
+    return
+  end subroutine lead_positions
+
+  !> Lead the velocities of n coordinates back to m closures, in the same metric.
+  !>
+  !> The arrays behind y are overwritten. Tell whether the closures hold.
+  pure subroutine lead_velocities(n, m, t, p, y, error, change, found)
+    logical, intent(out) :: found
+    integer, intent(in) :: n
+    integer, intent(in) :: m
+    real(wp), intent(in) :: t
+    type(parameters), intent(in) :: p
+    real(wp), intent(inout) :: y(*)
+    real(wp), intent(inout) :: error(*)
+    real(wp), intent(inout) :: change(*)
+    integer :: i
+    integer :: status
+    call velocity_error(t, y, p, error, status)
+    if (.not. status == 0) then
+      found = .false.
+      return
+    end if
+    if (.not. (residual(m, error) <= 1.0_wp)) then
+      call velocity_change(t, y, p, change, status)
+      if (.not. status == 0) then
+        found = .false.
+        return
+      end if
+      do i = 0, n - 1
+        y(n + i + 1) = y(n + i + 1) + change(i + 1)
+      end do
+    end if
+    found = .true.
+    return
+  end subroutine lead_velocities
 
   !> Tell whether elimination leaves little of the inertia of a coordinate.
   !>
@@ -497,6 +838,7 @@ contains
     integer :: i
     integer :: j
     logical :: uneven
+    logical :: succeeded
     s = n + m
     size = 0.0_wp
     unit = 1.0_wp
@@ -526,13 +868,13 @@ contains
       end if
       d(i + 1) = 0.0_wp
     end do
-    call is_uneven(n, s, a, copy, found)
-    uneven = found
+    call is_uneven(n, s, a, copy, succeeded)
+    uneven = succeeded
     if (uneven) then
       call scale_inertia(n, s, a, d)
     end if
-    call equilibrate(s, a, d, found)
-    if (.not. found) then
+    call equilibrate(s, a, d, succeeded)
+    if (.not. succeeded) then
       found = .false.
       return
     end if
@@ -544,8 +886,8 @@ contains
       b(i + 1) = b(i + 1)*d(i + 1)
       defect(i + 1) = b(i + 1)
     end do
-    call solve_pivoted(s, a, b, found)
-    if (.not. found) then
+    call solve_pivoted(s, a, b, succeeded)
+    if (.not. succeeded) then
       found = .false.
       return
     end if
@@ -555,8 +897,8 @@ contains
           defect(i + 1) = defect(i + 1) - copy(i*s + j + 1)*b(j + 1)
         end do
       end do
-      call solve_pivoted(s, copy, defect, found)
-      if (.not. found) then
+      call solve_pivoted(s, copy, defect, succeeded)
+      if (.not. succeeded) then
         found = .false.
         return
       end if
@@ -600,6 +942,8 @@ contains
         change = change + merge(1.0_wp, 2.0_wp, stage == 1 .or. stage == 4)*slope
       end do
       y = y + h/6.0_wp*change
+      call project(t + (step + 1)*h, y, p, status)
+      if (status /= 0) return
     end do
   end subroutine integrate
 
@@ -609,7 +953,7 @@ end module pendulum
 !> initial value; until=T and steps=N (steps in an interval) set the run.
 program pendulum_main
   use, intrinsic :: iso_fortran_env, only: error_unit, wp => real64
-  use pendulum, only: parameters, integrate
+  use pendulum, only: parameters, integrate, project, is_near
   implicit none
   integer, parameter :: states = 4, rows = 500, total = 9
   character(len=*), parameter :: names(total) = [character(len=6) :: 'x', &
@@ -627,7 +971,7 @@ program pendulum_main
   logical :: known(total) = [.true., .true., .true., .true., .true., .true., .true., .true., .true.]
   type(parameters) :: p
   character(len=1000) :: argument
-  real(wp) :: y(states), t
+  real(wp) :: y(states), t, stated(4)
   integer :: i, row, status
 
   do i = 1, command_argument_count()
@@ -648,6 +992,17 @@ program pendulum_main
 
   y = values(:states)
   p = parameters(values(5), values(6), values(7))
+  stated = y
+  block
+    call project(start, y, p, status)
+  end block
+  if (status /= 0 .or. .not. is_near(2, values(total - 1) - start, stated, y)) then
+    write (error_unit, '(a)', advance='no') 'the initial state violates the constraints'
+    if (status == 0) write (error_unit, '("; nearest:", *(a, g0))', advance='no') &
+      (' '//trim(names(i))//'=', y(i), i = 1, states)
+    write (error_unit, '()')
+    stop 1, quiet=.true.
+  end if
   write (*, '(*(a, :, ","))') 't', (trim(names(i)), i = 1, states)
   do row = 0, rows
     t = time(row)
