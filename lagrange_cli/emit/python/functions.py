@@ -1,4 +1,4 @@
-"""Functions in Python that evaluate programs, for emitted modules and for simulation.
+"""Functions in Python that evaluate programs, for emitted modules.
 
 Scalars run through the ``math`` module, which is several times faster than
 NumPy on single numbers; only results are arrays. Functions never raise for
@@ -14,13 +14,10 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 from textwrap import dedent, fill, indent
-from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.python.constraints import (
     HELPERS,
     helper_source,
-    impact_source,
-    project_source,
 )
 from lagrange_cli.emit.python.derivatives import (
     given_lines,
@@ -28,7 +25,7 @@ from lagrange_cli.emit.python.derivatives import (
     jacobian_shape,
     with_given,
 )
-from lagrange_cli.emit.python.loops import index_tables_source, loops_source
+from lagrange_cli.emit.python.loops import loops_source
 from lagrange_cli.emit.python.statements import (
     LINE_WIDTH,
     assigned,
@@ -50,10 +47,7 @@ from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Variable
 from lagrange_cli.program.graph.statement_groups import dependents
 from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.printing import Dialect, double_literal, expression_text
-from lagrange_cli.program.program import Program, build_program
-
-if TYPE_CHECKING:
-    from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.program.program import Program
 
 #: Names of the standard library that functions may use.
 _MATH = sorted({*PROGRAM_FUNCTIONS, "inf", "nan"} - {"abs", "sign", "min", "max"})
@@ -113,60 +107,6 @@ _DOCS = {
 
 #: Functions that every module has.
 FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
-
-
-def right_hand_side_source(equations: Equations, names: Sequence[str] = FUNCTIONS_OF_STATE) -> str:
-    """Source of a module with the named evaluators (all of them), made of dummy names alone.
-
-    The module defines ``rhs(t, y, p)``, ``mass_matrix``, ``forcing``,
-    ``energy``, ``positions`` and ``velocities`` of the same arguments: ``t`` a
-    float, ``y`` an array [q, v] of shape (2n,), ``p`` a sequence of floats, one
-    for each parameter in the order of the Equations. ``rhs`` returns an array of
-    shape (2n,), the others (n, n), (n,), a float, and arrays in the order of
-    ``cartesian_names``. No text of the scene is in it: it is safe to run.
-    """
-    return module_source({name: program_of(equations, name) for name in names})
-
-
-def program_of(equations: Equations, name: str) -> Program:
-    """Return the program of an evaluator."""
-    return build_program(equations, ["acceleration" if name == "rhs" else name])
-
-
-def module_source(programs: Mapping[str, Program]) -> str:
-    """Write a module with a function ``f(t, y, p)`` for each program, over dummy names.
-
-    If programs have inputs it is ``f(t, y, p, u)``, with a function ``u(t, y, p)`` that returns
-    their values. With the programs of
-    :func:`lagrange_cli.program.emitted_functions.constraint_programs` there is
-    ``project(t, y, p)`` too, which returns a state. With those of ``contact_programs`` there are
-    also ``contact_project``, ``events`` with the arguments of programs, and ``reset`` with
-    ``event`` and ``bounce`` behind them.
-    """
-    arguments = "p, u" if any(program.driven for program in programs.values()) else "p"
-    functions = [
-        function_source(
-            program,
-            name,
-            {},
-            "p" if name in INTERNAL_FUNCTIONS else arguments,
-            _parameter_sources(programs, program),
-        )
-        for name, program in programs.items()
-    ]
-    functions += [project_source(programs, "p", prefix) for prefix in ("", "contact_")]
-    body = "\n\n".join(filter(None, [*functions, *impact_source(programs, arguments)]))
-    imports, helpers = prelude(body)
-    tables = index_tables_source(programs.values())
-    head = "\n".join([*imports, "", "import numpy as np", "from numpy import array, asarray\n"])
-    return "\n\n".join(filter(None, [head, tables, *helpers, body]))
-
-
-def _parameter_sources(programs: Mapping[str, Program], program: Program) -> list[tuple[str, int]]:
-    """Return parameters of a program. Others may have more: flags, weights, factors of rounding."""
-    count = program.parameters
-    alike = {"gaps", "surfaces"}.isdisjoint(programs)
-    return [("p" if alike else f"p[:{count}]", count)]
 
 
 def prelude(body: str) -> tuple[list[str], list[str]]:

@@ -30,7 +30,6 @@ from lagrange_cli.emit.python.functions import (
     FUNCTIONS_OF_STATE,
     function_source,
     prelude,
-    program_of,
     shared_sources,
     sharing,
     words_in,
@@ -59,6 +58,7 @@ from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
     derivative_programs,
+    program_of,
 )
 from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 from lagrange_cli.program.program import Program, optional_outputs

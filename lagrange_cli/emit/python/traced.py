@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import PYTHON_RESERVED, unique_identifiers
-from lagrange_cli.emit.python.functions import FUNCTIONS_OF_STATE, function_source, program_of
+from lagrange_cli.emit.python.functions import FUNCTIONS_OF_STATE, function_source
 from lagrange_cli.emit.python.heading import (
     constants,
     docstring,
@@ -17,7 +17,11 @@ from lagrange_cli.emit.python.heading import (
 from lagrange_cli.emit.python.styles import Style, array_functions
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS, constraint_programs
+from lagrange_cli.program.emitted_functions import (
+    INTERNAL_FUNCTIONS,
+    constraint_programs,
+    program_of,
+)
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.program import Program, optional_outputs
 
