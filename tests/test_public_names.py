@@ -12,7 +12,7 @@ TESTS = Path(__file__).parent
 
 #: Names of others that are public in spite of the underscore.
 PUBLIC = {"_asdict", "_exit", "_fields", "_fields_", "_replace", "_t"}
-PUBLIC |= {"_repr_html_", "_repr_latex_", "_repr_markdown_"}
+PUBLIC |= {"_repr_html_", "_repr_latex_"}
 
 
 def private_names(tree: ast.Module) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.analysis.result import Analysis
 from lagrange_cli.api.values import page_in
-from lagrange_cli.drawn import Reported
+from lagrange_cli.drawn import Drawn, Reported
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.report.tables import json_text
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Analyzed(Analysis, Reported):
-    """An analysis that formats write, and that notebooks typeset."""
+class Analyzed(Analysis, Drawn, Reported):
+    """An analysis that formats write, and that notebooks typeset; its picture has its branches."""
 
     @classmethod
     def of(cls, analysis: Analysis) -> Analyzed:
@@ -91,23 +91,6 @@ class Analyzed(Analysis, Reported):
         from lagrange_cli.files import write_file
 
         write_file(os.fspath(path), matrices_of(self.report()))
-
-    def plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw branches of equilibria over their parameter.
-
-        Parameters
-        ----------
-        path
-            A picture by matplotlib, or ``.tex`` for pgfplots.
-
-        Raises
-        ------
-        InputError
-            There are no branches; matplotlib is not installed, or cannot write such a file.
-        """
-        from lagrange_cli.pictures.drawing import draw_into
-
-        draw_into(path, self)
 
     def plot_loci(self, path: str | os.PathLike[str]) -> None:
         """Draw root loci: the poles along branches of equilibria in the complex plane.

@@ -90,7 +90,7 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
     A frame holds the sections, and the coordinates, particles or forces within one, that it has
     room for. What is too long for a frame goes on in the next, broken between lines.
     """
-    setter = options.setter(equations)
+    setter = options.setter(equations, equations.presentation.name)
     title = latex_prose(equations.presentation.title or equations.presentation.name)
     opening = _Idea(title, "", [latex_prose(equations.presentation.description or "")])
     ideas = [

@@ -55,20 +55,13 @@ _MARGINS, _A4 = 50, 210
 def latex_document(equations: Equations, options: LatexOptions | None = None) -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     options = options or LatexOptions()
-    return _document_latex(
-        titled(equations, options.about, options.sections(equations)),
-        options.setter(equations),
-        _preamble(options),
-        [] if equations.derivation.steps is None else [r"\setlength{\jot}{1ex}"],
-    )
+    document = titled(equations, options.about, options.sections(equations))
+    return _document_latex(document, options)
 
 
 def report_latex(document: Document, say: Language) -> str:
     """Return a document in A4 that pdfLaTeX compiles by itself."""
-    options = LatexOptions()
-    lettering = Lettering(LatexLetters(document.equations), say)
-    setter = Typesetter(lettering, options.columns, stem=document.name)
-    return _document_latex(document, setter, _preamble(options))
+    return _document_latex(document, LatexOptions(say=say))
 
 
 def body_latex(document: Document, say: Language) -> str:
@@ -88,20 +81,19 @@ def _run_in(sections: Iterable[Section], setter: Typesetter) -> Iterator[str]:
         yield from (*setter.blocks(section), "")
 
 
-def _document_latex(
-    document: Document, setter: Typesetter, preamble: str, spread: Sequence[str] = ()
-) -> str:
-    """Return a document with a preamble; ``spread`` stands before its sections."""
-    sections, title = document.sections, setter.text(document.title)
-    shown = [rf"\begin{{center}}\LARGE {title}\end{{center}}"] if title else []
+def _document_latex(document: Document, options: LatexOptions) -> str:
+    equations, sections = document.equations, document.sections
+    setter = options.setter(equations, document.name)
+    has_steps = equations is not None and equations.derivation.steps is not None
     body = _kept_together(setter, sections, [setter.section(section) for section in sections])
+    title, description = setter.text(document.title), setter.text(document.description)
     opening = [
         f"% {latex_text(document.name)}: {document.about}, written by lagrange",
-        preamble + setter.definitions(chain(*body)) + r"\begin{document}",
-        *shown,
+        _preamble(options) + setter.definitions(chain(*body)) + r"\begin{document}",
+        *([rf"\begin{{center}}\LARGE {title}\end{{center}}"] if title else []),
+        *(["", description] if description else []),
     ]
-    if document.description:
-        opening += ["", setter.text(document.description)]
+    spread = [r"\setlength{\jot}{1ex}"] if has_steps else []
     blocks = [opening, spread, *body, [r"\end{document}"]]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
 
@@ -140,7 +132,10 @@ def _preamble(options: LatexOptions) -> str:
 
 def latex_snippet(equations: Equations, options: LatexOptions) -> str:
     """Return the equations of motion alone, or several parts with run-in headings."""
-    writer, setter = options.writer(equations), options.setter(equations)
+    writer, setter = (
+        options.writer(equations),
+        options.setter(equations, equations.presentation.name),
+    )
     title = latex_text(equations.presentation.title or equations.presentation.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"
     content = options.content or derivation_content(equations, options.parts, options.form)

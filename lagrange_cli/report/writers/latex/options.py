@@ -112,15 +112,17 @@ class LatexOptions:
         points = self._points
         return points / COLUMN_POINTS[11 if self.style != "beamer" and points > _COLUMN else 10]
 
-    def setter(self, equations: Equations) -> Typesetter:
-        """Return the typesetter of displays of this width."""
-        picture = tikz_picture(equations, self._points) if "sketch" in self.parts else ""
+    def setter(self, equations: Equations | None, stem: str) -> Typesetter:
+        """Return the typesetter of displays of this width, whose labels begin with a stem."""
+        picture = ""
+        if equations is not None and "sketch" in self.parts:
+            picture = tikz_picture(equations, self._points)
         rows = 6 if self.style == "beamer" else 24
         return Typesetter(
             Lettering(LatexLetters(equations, self.macros), self.say),
             self.columns,
             self.numbered,
-            equations.presentation.name,
+            stem,
             picture,
             rows,
             self.macros,
