@@ -15,11 +15,20 @@ from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.initial_state import require_coordinates
 from lagrange_cli.emit.languages.interface import Interface, Quantity, interface_of
-from lagrange_cli.emit.languages.printer import Language, arguments_read, functions_called
-from lagrange_cli.emit.languages.routines import routine_texts
+from lagrange_cli.emit.languages.printer import (
+    Language,
+    arguments_read,
+    functions_called,
+)
+from lagrange_cli.emit.languages.routines import (
+    module_functions,
+    projection_text,
+    routine_texts,
+)
 from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import C_HEADERS, C_RESERVED, file_stem, unique_identifiers
 from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
 from lagrange_cli.program.lowered.functions import Function, Solve, names_read, operands_in
 from lagrange_cli.program.printing import functions_in
@@ -71,8 +80,10 @@ class Cpp(Language):
     whole: ClassVar = {"max": "std::max", "min": "std::min"}
     reserved: ClassVar = C_RESERVED | frozenset(_WORDS.split()) | frozenset(PROGRAM_FUNCTIONS)
 
-    #: Index of the result of a function that returns a number.
-    _number = ""
+    inputs_argument = "const std::array<T, {}>& u, "
+
+    #: Index of the result of a function that returns a number, and what is returned of none.
+    _number, _undefined = "", ""
 
     def number(self, value: Coefficient) -> str:
         """Return a number that is correctly rounded in every binary type, where it is short."""
@@ -87,13 +98,18 @@ class Cpp(Language):
         return "detail::rounding<T>()"
 
     def head(self, function: Function, documentation: str) -> list[str]:
-        n = function.coordinates
-        arguments = ["T t", f"const std::array<T, {2 * n}>& y"]
+        is_inner = function.name in INTERNAL_FUNCTIONS
+        state = f"const std::array<T, {2 * function.coordinates}>& y"
+        arguments = ["T t", "const T* y" if is_inner else state]
         if function.driven and function.name != "inputs":
             arguments.append(f"const std::array<T, {function.driven}>& u")
-        arguments.append("const Params<T>& p = {}")
+        arguments.append("const Params<T>& p" + ("" if is_inner else " = {}"))
+        taken = ["t", "y", *(["u"] if len(arguments) > 3 else []), "p"]
         size = prod(function.shape)
         result = f"std::array<T, {size}>" if function.shape else "T"
+        if is_inner:
+            arguments.append("T* out")
+            result = "bool"
         begins = f"{result} {function.name}("
         declared = [f"{begins}{', '.join(arguments)})"]
         if len(declared[0]) > self.width:
@@ -101,7 +117,6 @@ class Cpp(Language):
             lines = [f"{self.tab}{a}{c}" for a, c in zip(arguments, commas, strict=True)]
             declared = [begins, *lines]
         called = functions_in(operands_in(function.body)).difference(_OWN)
-        taken = ["t", "y", *(["u"] if len(arguments) > 3 else []), "p"]
         read = arguments_read(function)
         return [
             f"/// {documentation}",
@@ -110,14 +125,18 @@ class Cpp(Language):
             "{",
             *(f"{self.tab}using std::{name};" for name in PROGRAM_FUNCTIONS if name in called),
             *(f"{self.tab}(void){name};" for name in taken if name not in read),
-            f"{self.tab}std::array<T, {size}> out{{}};",
+            *([] if is_inner else [f"{self.tab}std::array<T, {size}> out{{}};"]),
         ]
 
     def foot(self, function: Function) -> list[str]:
-        return [f"{self.tab}return out{self._number};", "}"]
+        is_inner = function.name in INTERNAL_FUNCTIONS
+        return [f"{self.tab}return {'true' if is_inner else f'out{self._number}'};", "}"]
 
     def inputs_of(self, function: Function) -> list[str]:
         self._number = "" if function.shape else "[0]"
+        self._undefined = f"detail::undefined(out){self._number}"
+        if function.name in INTERNAL_FUNCTIONS:
+            self._undefined = "false"
         lines = super().inputs_of(function)
         whole = "p" in names_read(function.body)
         return [*lines, "const auto values = to_array(p);"] if whole else lines
@@ -143,8 +162,7 @@ class Cpp(Language):
         return [f"std::array<T, {size}> {name}{{}};"]
 
     def require(self, test: str) -> list[str]:
-        undefined = f"return detail::undefined(out){self._number};"
-        return [f"if (!({test})) {{", f"{self.tab}{undefined}", "}"]
+        return [f"if (!({test})) {{", f"{self.tab}return {self._undefined};", "}"]
 
     def finite(self, count: int) -> list[str]:
         return []  # No comparison: what is not finite stands as it is.
@@ -160,8 +178,12 @@ class Cpp(Language):
 
     def routine_head(self, routine: Signature) -> list[str]:
         kinds = _KINDS | {"reals": "const T*", "integers": "const std::size_t*", "none": "void"}
+        driven = self.inputs_argument.format(len(self.interface.inputs)) * self.closures_driven
         arguments = ", ".join(
-            f"{'T*' if a.changed else kinds[a.kind]} {a.name}" for a in routine.arguments
+            f"T t, {driven}const Params<T>& p"
+            if a.kind == "closures"
+            else f"{'T*' if a.changed else kinds[a.kind]} {a.name}"
+            for a in routine.arguments
         )
         return [
             *(f"/// {line}".rstrip() for line in routine.documentation),
@@ -171,6 +193,9 @@ class Cpp(Language):
             f"{self.tab}using std::abs;",
             f"{self.tab}using std::sqrt;",
         ]
+
+    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
+        return [], f"{function}(t, {y}, {'u, ' * self.closures_driven}p, {results})"
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"{'const ' if fixed else ''}{_KINDS[kind]} {name} = {text};"
@@ -205,9 +230,8 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
         require_coordinates(equations)
     interface = interface_of(equations, "cpp", Cpp.reserved)
     language = Cpp(interface)
-    functions = [
-        "\n".join(language.function_lines(function, text)) for function, text in interface.functions
-    ]
+    functions = module_functions(language)
+    projected = projection_text(language, "cpp", "project.hpp", "positions.hpp")
     routines = routine_texts(language)
     (name,) = unique_identifiers([interface.name], frozenset(_GLOBAL.split()))
     guard = f"LAGRANGE_{name}_HPP"
@@ -221,8 +245,9 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
         "\n".join(_parameters(interface)),
         *routines,
         *functions,
+        *filter(None, [projected.rstrip()]),
         f"}} // namespace {name}",
-        *([_main(interface, name).strip()] if options["main"] else []),
+        *([_main(language, name).strip()] if options["main"] else []),
         "#endif",
     ]
     return {f"{file_stem(equations.presentation.name, C_HEADERS)}.hpp": "\n\n".join(parts) + "\n"}
@@ -292,7 +317,8 @@ def _parameters(interface: Interface) -> Iterator[str]:
         yield from ("    };", "}")
 
 
-def _main(interface: Interface, name: str) -> str:
+def _main(language: Cpp, name: str) -> str:
+    interface, projection = language.interface, language.interface.projection
     n, fields = len(interface.coordinates), interface.parameters
     names = [*interface.state, *(field.name for field in fields), "until", "steps"]
     values = [
@@ -306,6 +332,10 @@ def _main(interface: Interface, name: str) -> str:
         template("cpp", "main.hpp"),
         {
             "@U@": "inputs(at, s, p), " if interface.inputs else "",
+            "@LED@": "" if projection is None else template("cpp", "project_at.hpp") + "\n",
+            "@BEGUN@": "" if projection is None else template("cpp", "begin.hpp"),
+            "@STEPPED@": "next" if projection is None else "project_at(t + h, next, p)",
+            "@GIVEN@": "inputs(t, y, p), " if language.closures_driven else "",
             "@NAMES@": ", ".join(map(_string, names)),
             "@VALUES@": ", ".join("NAN" if x is None else repr(x) for x in values),
             "@SET@": "".join(set_),

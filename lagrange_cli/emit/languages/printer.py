@@ -83,6 +83,8 @@ class Language(ABC):
         Indentation of a level.
     width
         Column before which lines are broken.
+    inputs_argument
+        The argument of so many inputs, with what stands between it and the next one.
     named
         Letters of the inputs of programs that functions name at their beginning.
     continued
@@ -104,6 +106,7 @@ class Language(ABC):
     tab = "    "
     width = 100
     named = "puqv"
+    inputs_argument = ""
     continued = ""
     words: ClassVar[Mapping[str, str]] = {
         "and": "&&",
@@ -255,6 +258,12 @@ class Language(ABC):
         """
         return [], f"{function}(t, {y}, p, {results})"
 
+    @property
+    def closures_driven(self) -> bool:
+        """Tell whether functions of closures read inputs."""
+        projection = self.interface.projection
+        return projection is not None and projection.driven
+
     def called_alone(self, text: str) -> list[str]:
         """Return the lines of a call without a result."""
         return [f"{text};"]
@@ -391,7 +400,9 @@ class Language(ABC):
 
 def functions_called(language: Language) -> list[str]:
     """Return the functions of numbers that functions and routines printed so far call."""
-    functions = (function for function, _ in language.interface.functions)
+    projection = language.interface.projection
+    inner = () if projection is None else projection.functions
+    functions = (function for function, _ in (*language.interface.functions, *inner))
     operands = (operand for function in functions for operand in operands_in(function.body))
     called = functions_in(operands) | language.numeric
     return [name for name in PROGRAM_FUNCTIONS if name in called]

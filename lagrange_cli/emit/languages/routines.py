@@ -15,6 +15,7 @@ from fractions import Fraction
 
 from lagrange_cli.emit.languages.printer import Language
 from lagrange_cli.emit.languages.signatures import NUMERIC, Signature, refused, routines_called
+from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.lowered.functions import EPSILON
 
 _OPERATORS: dict[type[ast.AST], str] = {
@@ -34,6 +35,34 @@ _OPERATORS: dict[type[ast.AST], str] = {
 
 #: How tightly expressions bind, from tests to single numbers.
 _OR, _AND, _TEST, _SUM, _PRODUCT, _ATOM = range(6)
+
+
+def module_functions(language: Language) -> list[str]:
+    """Return the functions of a module, those that the projection onto closures calls last."""
+    projection = language.interface.projection
+    inner = () if projection is None else projection.functions
+    functions = (*language.interface.functions, *inner)
+    return ["\n".join(language.function_lines(function, text)) for function, text in functions]
+
+
+def projection_text(language: Language, folder: str, name: str, positions: str) -> str:
+    """Return the function ``project`` from its templates; nothing of scenes without closures."""
+    projection = language.interface.projection
+    if projection is None:
+        return ""
+    language.routines |= {"lead_velocities", "is_near"}
+    if projection.positions:
+        language.routines.add("lead_positions")
+    size, driven = len(language.interface.inputs), projection.driven
+    leading = template(folder, positions).rstrip() if projection.positions else ""
+    replacements = {
+        "@POSITIONS@": leading,
+        "@M@": str(projection.positions),
+        "@CLOSURES@": str(projection.closures),
+        "@INPUTS@": language.inputs_argument.format(size) if driven else "",
+        "@U@": "u, " if driven else "",
+    }
+    return filled(template(folder, name), replacements)
 
 
 def routine_texts(language: Language) -> list[str]:

@@ -20,10 +20,15 @@ from lagrange_cli.emit.languages.printer import (
     functions_called,
     local_arrays,
 )
-from lagrange_cli.emit.languages.routines import routine_texts
+from lagrange_cli.emit.languages.routines import (
+    module_functions,
+    projection_text,
+    routine_texts,
+)
 from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.lowered.functions import Function, Solve, names_read
 
@@ -67,6 +72,8 @@ _NOTES = (
 class Rust(Language):
     """Rust 1.63, edition 2021."""
 
+    inputs_argument = "u: &[f64; {}], "
+
     functions: ClassVar = {
         name: name if name in _OWN else f"math::{_LIBM.get(name, name)}"
         for name in PROGRAM_FUNCTIONS
@@ -76,15 +83,17 @@ class Rust(Language):
 
     def head(self, function: Function, documentation: str) -> list[str]:
         n, size = function.coordinates, prod(function.shape)
-        arguments = ["t: f64", f"y: &[f64; {2 * n}]"]
+        is_inner = function.name in INTERNAL_FUNCTIONS
+        arguments = ["t: f64", "y: &[f64]" if is_inner else f"y: &[f64; {2 * n}]"]
         if function.driven and function.name != "inputs":
             arguments.append(f"u: &[f64; {function.driven}]")
         arguments.append("p: &Params")
         result = "f64"
         if function.shape:
-            arguments.append(f"out: &mut [f64; {size}]")
+            arguments.append("out: &mut [f64]" if is_inner else f"out: &mut [f64; {size}]")
             result = "()"
-        begins, ends = f"pub fn {function.name}(", f") -> Result<{result}, Failure> {{"
+        public = "" if is_inner else "pub "
+        begins, ends = f"{public}fn {function.name}(", f") -> Result<{result}, Failure> {{"
         declared = [begins + ", ".join(arguments) + ends]
         if len(declared[0]) > self.width:
             declared = [begins, *(f"{self.tab}{argument}," for argument in arguments), ends]
@@ -145,12 +154,19 @@ class Rust(Language):
 
     def routine_head(self, routine: Signature) -> list[str]:
         kinds = _KINDS | {"reals": "&[f64]", "integers": "&[usize]"}
+        driven = self.inputs_argument.format(len(self.interface.inputs)) * self.closures_driven
         arguments = ", ".join(
-            f"{a.name}: {'&mut [f64]' if a.changed else kinds[a.kind]}" for a in routine.arguments
+            f"t: f64, {driven}p: &Params"
+            if a.kind == "closures"
+            else f"{a.name}: {'&mut [f64]' if a.changed else kinds[a.kind]}"
+            for a in routine.arguments
         )
         result = "" if routine.result == "none" else f" -> {_KINDS[routine.result]}"
         documentation = (f"/// {line}".rstrip() for line in routine.documentation)
         return [*documentation, f"fn {routine.name}({arguments}){result} {{"]
+
+    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
+        return [], f"{function}(t, {y}, {'u, ' * self.closures_driven}p, {results}).is_ok()"
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"let {'' if fixed else 'mut '}{name}: {_KINDS[kind]} = {text};"
@@ -208,9 +224,8 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
         require_coordinates(equations)
     interface = interface_of(equations, "rust", Rust.reserved)
     language = Rust(interface)
-    functions = [
-        "\n".join(language.function_lines(function, text)) for function, text in interface.functions
-    ]
+    functions = module_functions(language)
+    projected = projection_text(language, "rust", "project.rs", "positions.rs")
     routines = routine_texts(language)
     parts = [
         "\n".join([*_heading(language), f"#![allow({_LINTS})]"]),
@@ -220,7 +235,8 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
         template("rust", "common.rs").rstrip(),
         *routines,
         *functions,
-        *([_main(interface).rstrip()] if options["main"] else []),
+        *filter(None, [projected.rstrip()]),
+        *([_main(language).rstrip()] if options["main"] else []),
     ]
     return {f"{file_stem(equations.presentation.name)}.rs": "\n\n".join(parts) + "\n"}
 
@@ -309,17 +325,24 @@ def _parameters(interface: Interface) -> Iterator[str]:
         yield from ("        ]", "    }", "}")
 
 
-def _main(interface: Interface) -> str:
+def _main(language: Rust) -> str:
+    interface = language.interface
     n, driven = len(interface.coordinates), len(interface.inputs)
     initial = interface.initial or (None,) * (2 * n)
-    inputs = f"        let mut u = [0.0; {driven}];\n        inputs(at, &s, p, &mut u)?;\n"
+    inputs = f"    let mut u = [0.0; {driven}];\n    inputs(t, y, p, &mut u)?;\n"
+    projection = interface.projection
     fields = [(_string(field.name), f"p.{field.identifier}") for field in interface.parameters]
     missing = [field.value is None for field in interface.parameters]
     return filled(
         template("rust", "main.rs"),
         {
-            "@INPUTS@": inputs if driven else "",
+            "@SLOPE@": inputs if driven else "",
             "@U@": "&u, " if driven else "",
+            "@PROJECT@": "" if projection is None else template("rust", "project_at.rs") + "\n",
+            "@STEPPED@": "" if projection is None else "    project_at(t + h, y, p)?;\n",
+            "@BEGUN@": "" if projection is None else template("rust", "begin.rs"),
+            "@INPUTS@": inputs if language.closures_driven else "",
+            "@GIVEN@": "&u, " if language.closures_driven else "",
             "@STATE@": ", ".join(map(_string, interface.state)),
             "@INITIAL@": ", ".join("None" if x is None else f"Some({x!r})" for x in initial),
             "@MUT@": "mut " if fields else "",

@@ -130,7 +130,7 @@ def test_other_precisions_are_computed_as_such(real, tolerance, tmp_path):
 @pytest.mark.slow
 def test_the_page_shows_a_program(tmp_path):
     Cpp().require()
-    page = (Path(__file__).parents[3] / "docs" / "emitted-code.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "languages.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```cpp\n(.*?)```", page, re.DOTALL)
     emitted("bead_on_parabola", tmp_path)
     (tmp_path / "main.cpp").write_text(block)

@@ -11,6 +11,7 @@ from lagrange_cli.program.lowered.functions import Solve
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from tests.emit.languages.cases import CASES, MORE, built
 from tests.emit.languages.cpp import Cpp
+from tests.emit.languages.drivers import executed
 from tests.emit.languages.fortran import Fortran
 from tests.emit.languages.javascript import JavaScript
 from tests.emit.languages.octave import Octave
@@ -138,3 +139,14 @@ def test_errors_beyond_the_tolerance_are_found():
         off = [x + 2e-13 * size for x, size in zip(call.expected, call.sizes, strict=True)]
         assert not any(call.sizes) or call.wrong(off, TOLERANCE)
         assert call.wrong([*call.expected, 0.0], TOLERANCE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["cpp", "rust"])
+def test_a_start_off_the_closures_is_refused(language, tmp_path):
+    driver = DRIVERS[language]
+    driver.require()
+    module = driver.emitted(derived("four_bar_linkage"), tmp_path / "module")
+    name = module.interface.state[0]
+    with pytest.raises(AssertionError, match=r"violates the constraints; nearest: ?"):
+        executed(driver.script(module, [f"{name}=0.1"]), "", module.folder)

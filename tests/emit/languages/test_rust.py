@@ -56,7 +56,7 @@ def test_every_function_of_programs_has_a_counterpart():
 @pytest.mark.slow
 def test_the_page_shows_a_program(tmp_path):
     Rust().require()
-    page = (Path(__file__).parents[3] / "docs" / "emitted-code.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "languages.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```rust\n(.*?)```", page, re.DOTALL)
     emitted(derived("bead_on_parabola"), tmp_path)
     (tmp_path / "main.rs").write_text(block)

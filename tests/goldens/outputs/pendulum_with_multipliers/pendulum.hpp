@@ -98,6 +98,40 @@ struct Params {
     T g = T(9.81); // g [m/s^2]: gravitational acceleration
 };
 
+/// Tell whether a state of n coordinates obeys closures, but for rounding of its numbers.
+///
+/// y is the state led back to them, span the duration of a run: velocities that move no coordinate
+/// by more than rounding in it are none.
+template <class T>
+bool is_near(std::size_t n, T span, const T* stated, const T* y)
+{
+    using std::abs;
+    using std::sqrt;
+    T place = T(0.0);
+    T rate = T(0.0);
+    for (std::size_t i = 0; i < n; ++i) {
+        if (abs(stated[i]) > place) {
+            place = abs(stated[i]);
+        }
+        if (abs(stated[n + i]) > rate) {
+            rate = abs(stated[n + i]);
+        }
+    }
+    T bound = T(1e-09)*rate;
+    if (span != T(0.0)) {
+        bound += T(7.105427357601002e-15)*place/abs(span);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        if (!(abs(y[i] - stated[i]) <= T(1e-09)*place)) {
+            return false;
+        }
+        if (!(abs(y[n + i] - stated[n + i]) <= bound)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /// Return the largest power of two that is not above x, or the smallest normal number.
 template <class T>
 T power_of_two(T x)
@@ -115,6 +149,114 @@ T power_of_two(T x)
         power *= T(2.0);
     }
     return power;
+}
+
+/// Return the largest of m residuals, in units of the last place of the magnitude m behind.
+template <class T>
+T residual(std::size_t m, const T* error)
+{
+    using std::abs;
+    using std::sqrt;
+    T largest = T(0.0);
+    for (std::size_t k = 0; k < m; ++k) {
+        const T size = abs(error[k])/(T(2.0)*detail::rounding<T>()*power_of_two(error[m + k]));
+        if (size > largest) {
+            largest = size;
+        }
+    }
+    return largest;
+}
+
+/// Return the same where changes of all coordinates are found, and rounded, together.
+///
+/// The magnitude of one residual counts for another as far as a change of the coordinates that
+/// makes the one does the other: square holds the squares of their gradients. A residual that is
+/// the difference of nothing (a height that is zero) has no magnitude of its own.
+template <class T>
+T coupled_residual(std::size_t m, T* error, const T* square)
+{
+    using std::abs;
+    using std::sqrt;
+    T reach = T(0.0);
+    for (std::size_t k = 0; k < m; ++k) {
+        if (square[k] > T(0.0)) {
+            const T length = error[m + k]/sqrt(square[k]);
+            if (length > reach) {
+                reach = length;
+            }
+        }
+    }
+    for (std::size_t k = 0; k < m; ++k) {
+        const T magnitude = reach*sqrt(square[k]);
+        if (magnitude > error[m + k] && magnitude <= T(1.7976931348623157e+308)) {
+            error[m + k] = magnitude;
+        }
+    }
+    return residual(m, error);
+}
+
+/// Lead n coordinates back to m closures of positions, by the smallest changes.
+///
+/// Their metric is the kinetic energy. Newton's method goes on until only rounding is left, or
+/// little more that no change makes smaller. The arrays behind y are overwritten. Tell whether the
+/// closures hold; else the configuration is singular, or too far from any that obeys them.
+template <class T>
+bool lead_positions(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y, T* error, T* square, T* change)
+{
+    using std::abs;
+    using std::sqrt;
+    T last = T(0.0);
+    for (std::size_t number = 0; number < 50 + 1; ++number) {
+        if (!position_error(t, y, p, error)) {
+            return false;
+        }
+        T size = residual(m, error);
+        if (size <= T(1.0)) {
+            return true;
+        }
+        if (number > 0) {
+            if (!position_reach(t, y, p, square)) {
+                return false;
+            }
+            size = coupled_residual(m, error, square);
+            if (size <= T(1.0)) {
+                return true;
+            }
+            if (size <= T(1024.0) && T(2.0)*size > last) {
+                return true;
+            }
+        }
+        last = size;
+        if (!position_change(t, y, p, change)) {
+            return false;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            y[i] += change[i];
+        }
+    }
+    return false;
+}
+
+/// Lead the velocities of n coordinates back to m closures, in the same metric.
+///
+/// The arrays behind y are overwritten. Tell whether the closures hold.
+template <class T>
+bool lead_velocities(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y, T* error, T* change)
+{
+    using std::abs;
+    using std::sqrt;
+    if (!velocity_error(t, y, p, error)) {
+        return false;
+    }
+    if (!(residual(m, error) <= T(1.0))) {
+        if (!velocity_change(t, y, p, change)) {
+            return false;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            y[n + i] += change[i];
+        }
+    }
+    return true;
 }
 
 /// Tell whether elimination leaves little of the inertia of a coordinate.
@@ -544,6 +686,130 @@ std::array<T, 2> constraints(T t, const std::array<T, 4>& y, const Params<T>& p 
     out[0] = x*x + z*z - l_*l_;
     out[1] = T(2.0)*(x*x_dot + z*z_dot);
     return out;
+}
+
+/// Residuals of closures of positions, then magnitudes of their terms.
+template <class T>
+bool position_error(T t, const T* y, const Params<T>& p, T* out)
+{
+    using std::abs;
+    (void)t;
+    const T l_ = p.l_;
+    const T x = y[0];
+    const T z = y[1];
+    const T w0 = x*x;
+    const T w1 = z*z;
+    const T w2 = l_*l_;
+    out[0] = w0 + w1 - w2;
+    out[1] = abs(w0) + abs(w1) + abs(w2) + abs(T(2.0)*w0) + abs(T(2.0)*w1);
+    return true;
+}
+
+/// Squares of the gradients of closures of positions.
+template <class T>
+bool position_reach(T t, const T* y, const Params<T>& p, T* out)
+{
+    (void)t;
+    const T m = p.m;
+    const T x = y[0];
+    const T z = y[1];
+    out[0] = T(4.0)*(x*x + z*z)/m;
+    return true;
+}
+
+/// Change of q that leads to the closures, in the metric of the energy.
+template <class T>
+bool position_change(T t, const T* y, const Params<T>& p, T* out)
+{
+    (void)t;
+    const T m = p.m;
+    const T l_ = p.l_;
+    const T x = y[0];
+    const T z = y[1];
+    std::array<T, 9> matrix{};
+    std::array<T, 3> vector{};
+    matrix[0] = m;
+    matrix[1] = T(0.0);
+    matrix[4] = m;
+    matrix[6] = T(2.0)*x;
+    matrix[7] = T(2.0)*z;
+    matrix[8] = T(0.0);
+    vector[0] = T(0.0);
+    vector[1] = T(0.0);
+    vector[2] = -x*x - z*z + l_*l_;
+    std::array<T, 3> scales{};
+    std::array<T, 9> copy{};
+    std::array<T, 3> defect{};
+    if (!(solve_saddle(2, 1, matrix.data(), vector.data(), scales.data(), copy.data(), defect.data()))) {
+        return false;
+    }
+    out[0] = vector[0];
+    out[1] = vector[1];
+    return true;
+}
+
+/// Residuals of the rates of closures, then magnitudes of their terms.
+template <class T>
+bool velocity_error(T t, const T* y, const Params<T>& p, T* out)
+{
+    using std::abs;
+    (void)t;
+    (void)p;
+    const T x = y[0];
+    const T z = y[1];
+    const T x_dot = y[2];
+    const T z_dot = y[3];
+    const T w0 = x*x_dot;
+    const T w1 = z*z_dot;
+    out[0] = T(2.0)*(w0 + w1);
+    out[1] = abs(T(2.0)*w0) + abs(T(2.0)*w1);
+    return true;
+}
+
+/// Change of v that leads to the closures, in the metric of the energy.
+template <class T>
+bool velocity_change(T t, const T* y, const Params<T>& p, T* out)
+{
+    (void)t;
+    const T m = p.m;
+    const T x = y[0];
+    const T z = y[1];
+    const T x_dot = y[2];
+    const T z_dot = y[3];
+    std::array<T, 9> matrix{};
+    std::array<T, 3> vector{};
+    matrix[0] = m;
+    matrix[1] = T(0.0);
+    matrix[4] = m;
+    matrix[6] = T(2.0)*x;
+    matrix[7] = T(2.0)*z;
+    matrix[8] = T(0.0);
+    vector[0] = T(0.0);
+    vector[1] = T(0.0);
+    vector[2] = -T(2.0)*(x*x_dot + z*z_dot);
+    std::array<T, 3> scales{};
+    std::array<T, 9> copy{};
+    std::array<T, 3> defect{};
+    if (!(solve_saddle(2, 1, matrix.data(), vector.data(), scales.data(), copy.data(), defect.data()))) {
+        return false;
+    }
+    out[0] = vector[0];
+    out[1] = vector[1];
+    return true;
+}
+
+/// State led back to the closures, which it leaves in the course of integration: q by the smallest
+/// changes in the metric of the kinetic energy, until only rounding is left, then v in the same
+/// metric. NaN in a singular configuration, or too far from any state that obeys the closures.
+template <class T>
+State<T> project(T t, State<T> y, const Params<T>& p = {})
+{
+    std::array<T, 2*1> error{};
+    std::array<T, dof> change{};
+    const bool led = lead_positions(dof, 1, t, p, y.data(), error.data(), std::array<T, 1>{}.data(),
+                       change.data()) &&
+        lead_velocities(dof, 1, t, p, y.data(), error.data(), change.data());
+    return led ? y : detail::undefined(y);
 }
 
 } // namespace pendulum

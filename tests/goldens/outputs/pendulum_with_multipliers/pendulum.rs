@@ -107,6 +107,36 @@ impl core::fmt::Display for Failure {
     }
 }
 
+/// Tell whether a state of n coordinates obeys closures, but for rounding of its numbers.
+///
+/// y is the state led back to them, span the duration of a run: velocities that move no coordinate
+/// by more than rounding in it are none.
+fn is_near(n: usize, span: f64, stated: &[f64], y: &[f64]) -> bool {
+    let mut place: f64 = 0.0;
+    let mut rate: f64 = 0.0;
+    for i in 0..n {
+        if math::fabs(stated[i]) > place {
+            place = math::fabs(stated[i]);
+        }
+        if math::fabs(stated[n + i]) > rate {
+            rate = math::fabs(stated[n + i]);
+        }
+    }
+    let mut bound: f64 = 1e-09*rate;
+    if span != 0.0 {
+        bound += 7.105427357601002e-15*place/math::fabs(span);
+    }
+    for i in 0..n {
+        if !(math::fabs(y[i] - stated[i]) <= 1e-09*place) {
+            return false;
+        }
+        if !(math::fabs(y[n + i] - stated[n + i]) <= bound) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /// Return the largest power of two that is not above x, or the smallest normal number.
 fn power_of_two(x: f64) -> f64 {
     let mut power: f64 = 1.0;
@@ -120,6 +150,99 @@ fn power_of_two(x: f64) -> f64 {
         power *= 2.0;
     }
     return power;
+}
+
+/// Return the largest of m residuals, in units of the last place of the magnitude m behind.
+fn residual(m: usize, error: &[f64]) -> f64 {
+    let mut largest: f64 = 0.0;
+    for k in 0..m {
+        let size: f64 = math::fabs(error[k])/(2.0*1.1102230246251565e-16*power_of_two(error[m +
+            k]));
+        if size > largest {
+            largest = size;
+        }
+    }
+    return largest;
+}
+
+/// Return the same where changes of all coordinates are found, and rounded, together.
+///
+/// The magnitude of one residual counts for another as far as a change of the coordinates that
+/// makes the one does the other: square holds the squares of their gradients. A residual that is
+/// the difference of nothing (a height that is zero) has no magnitude of its own.
+fn coupled_residual(m: usize, error: &mut [f64], square: &[f64]) -> f64 {
+    let mut reach: f64 = 0.0;
+    for k in 0..m {
+        if square[k] > 0.0 {
+            let length: f64 = error[m + k]/math::sqrt(square[k]);
+            if length > reach {
+                reach = length;
+            }
+        }
+    }
+    for k in 0..m {
+        let magnitude: f64 = reach*math::sqrt(square[k]);
+        if magnitude > error[m + k] && magnitude <= 1.7976931348623157e+308 {
+            error[m + k] = magnitude;
+        }
+    }
+    return residual(m, error);
+}
+
+/// Lead n coordinates back to m closures of positions, by the smallest changes.
+///
+/// Their metric is the kinetic energy. Newton's method goes on until only rounding is left, or
+/// little more that no change makes smaller. The arrays behind y are overwritten. Tell whether the
+/// closures hold; else the configuration is singular, or too far from any that obeys them.
+fn lead_positions(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64], error: &mut [f64], square: &mut [f64], change: &mut [f64]) -> bool {
+    let mut last: f64 = 0.0;
+    for number in 0..50 + 1 {
+        if !position_error(t, y, p, error).is_ok() {
+            return false;
+        }
+        let mut size: f64 = residual(m, error);
+        if size <= 1.0 {
+            return true;
+        }
+        if number > 0 {
+            if !position_reach(t, y, p, square).is_ok() {
+                return false;
+            }
+            size = coupled_residual(m, error, square);
+            if size <= 1.0 {
+                return true;
+            }
+            if size <= 1024.0 && 2.0*size > last {
+                return true;
+            }
+        }
+        last = size;
+        if !position_change(t, y, p, change).is_ok() {
+            return false;
+        }
+        for i in 0..n {
+            y[i] += change[i];
+        }
+    }
+    return false;
+}
+
+/// Lead the velocities of n coordinates back to m closures, in the same metric.
+///
+/// The arrays behind y are overwritten. Tell whether the closures hold.
+fn lead_velocities(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64], error: &mut [f64], change: &mut [f64]) -> bool {
+    if !velocity_error(t, y, p, error).is_ok() {
+        return false;
+    }
+    if !(residual(m, error) <= 1.0) {
+        if !velocity_change(t, y, p, change).is_ok() {
+            return false;
+        }
+        for i in 0..n {
+            y[n + i] += change[i];
+        }
+    }
+    return true;
 }
 
 /// Tell whether elimination leaves little of the inertia of a coordinate.
@@ -530,4 +653,133 @@ pub fn constraints(t: f64, y: &[f64; 4], p: &Params, out: &mut [f64; 2]) -> Resu
         return Err(Failure::NotFinite);
     }
     Ok(())
+}
+
+/// Residuals of closures of positions, then magnitudes of their terms.
+fn position_error(t: f64, y: &[f64], p: &Params, out: &mut [f64]) -> Result<(), Failure> {
+    let _ = t;
+    let l_ = p.l_;
+    let x = y[0];
+    let z = y[1];
+    let w0 = x*x;
+    let w1 = z*z;
+    let w2 = l_*l_;
+    out[0] = w0 + w1 - w2;
+    out[1] = math::fabs(w0) + math::fabs(w1) + math::fabs(w2) + math::fabs(2.0*w0) +
+        math::fabs(2.0*w1);
+    if !out.iter().all(|x| x.is_finite()) {
+        return Err(Failure::NotFinite);
+    }
+    Ok(())
+}
+
+/// Squares of the gradients of closures of positions.
+fn position_reach(t: f64, y: &[f64], p: &Params, out: &mut [f64]) -> Result<(), Failure> {
+    let _ = t;
+    let m = p.m;
+    let x = y[0];
+    let z = y[1];
+    out[0] = 4.0*(x*x + z*z)/m;
+    if !out.iter().all(|x| x.is_finite()) {
+        return Err(Failure::NotFinite);
+    }
+    Ok(())
+}
+
+/// Change of q that leads to the closures, in the metric of the energy.
+fn position_change(t: f64, y: &[f64], p: &Params, out: &mut [f64]) -> Result<(), Failure> {
+    let _ = t;
+    let m = p.m;
+    let l_ = p.l_;
+    let x = y[0];
+    let z = y[1];
+    let mut matrix = [0.0_f64; 9];
+    let mut vector = [0.0_f64; 3];
+    matrix[0] = m;
+    matrix[1] = 0.0;
+    matrix[4] = m;
+    matrix[6] = 2.0*x;
+    matrix[7] = 2.0*z;
+    matrix[8] = 0.0;
+    vector[0] = 0.0;
+    vector[1] = 0.0;
+    vector[2] = -x*x - z*z + l_*l_;
+    let mut scales = [0.0_f64; 3];
+    let mut copy = [0.0_f64; 9];
+    let mut defect = [0.0_f64; 3];
+    if !(solve_saddle(2, 1, &mut matrix, &mut vector, &mut scales, &mut copy, &mut defect)) {
+        return Err(Failure::Singular);
+    }
+    out[0] = vector[0];
+    out[1] = vector[1];
+    if !out.iter().all(|x| x.is_finite()) {
+        return Err(Failure::NotFinite);
+    }
+    Ok(())
+}
+
+/// Residuals of the rates of closures, then magnitudes of their terms.
+fn velocity_error(t: f64, y: &[f64], p: &Params, out: &mut [f64]) -> Result<(), Failure> {
+    let _ = t;
+    let _ = p;
+    let x = y[0];
+    let z = y[1];
+    let x_dot = y[2];
+    let z_dot = y[3];
+    let w0 = x*x_dot;
+    let w1 = z*z_dot;
+    out[0] = 2.0*(w0 + w1);
+    out[1] = math::fabs(2.0*w0) + math::fabs(2.0*w1);
+    if !out.iter().all(|x| x.is_finite()) {
+        return Err(Failure::NotFinite);
+    }
+    Ok(())
+}
+
+/// Change of v that leads to the closures, in the metric of the energy.
+fn velocity_change(t: f64, y: &[f64], p: &Params, out: &mut [f64]) -> Result<(), Failure> {
+    let _ = t;
+    let m = p.m;
+    let x = y[0];
+    let z = y[1];
+    let x_dot = y[2];
+    let z_dot = y[3];
+    let mut matrix = [0.0_f64; 9];
+    let mut vector = [0.0_f64; 3];
+    matrix[0] = m;
+    matrix[1] = 0.0;
+    matrix[4] = m;
+    matrix[6] = 2.0*x;
+    matrix[7] = 2.0*z;
+    matrix[8] = 0.0;
+    vector[0] = 0.0;
+    vector[1] = 0.0;
+    vector[2] = -2.0*(x*x_dot + z*z_dot);
+    let mut scales = [0.0_f64; 3];
+    let mut copy = [0.0_f64; 9];
+    let mut defect = [0.0_f64; 3];
+    if !(solve_saddle(2, 1, &mut matrix, &mut vector, &mut scales, &mut copy, &mut defect)) {
+        return Err(Failure::Singular);
+    }
+    out[0] = vector[0];
+    out[1] = vector[1];
+    if !out.iter().all(|x| x.is_finite()) {
+        return Err(Failure::NotFinite);
+    }
+    Ok(())
+}
+
+/// Lead a state back to the closures, which it leaves in the course of integration: q by the
+/// smallest changes in the metric of the kinetic energy, until only rounding is left, then v in
+/// the same metric.
+pub fn project(t: f64, y: &mut [f64; 2 * N], p: &Params) -> Result<(), Failure> {
+    let mut error = [0.0; 2 * 1];
+    let mut change = [0.0; N];
+    let led = lead_positions(N, 1, t, p, y, &mut error[..2 * 1], &mut [0.0; 1], &mut change) &&
+        lead_velocities(N, 1, t, p, y, &mut error, &mut change);
+    if led {
+        Ok(())
+    } else {
+        Err(Failure::Singular)
+    }
 }
