@@ -13,7 +13,7 @@ from dataclasses import replace
 from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.languages.interface import Interface, interface_of
+from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of
 from lagrange_cli.emit.languages.printer import Language
 from lagrange_cli.emit.naming import OCTAVE_RESERVED, comment_text, file_stem
 from lagrange_cli.emit.template_files import filled, template
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 _WORDS = f"""
 {" ".join(PROGRAM_FUNCTIONS)} t y u p p_values out i j k l given matrix vector columns scales band
-multipliers work w main integrate f varargin NaN eps zeros all isfinite isreal reshape nargin
+multipliers work w main integrate project residual f varargin NaN eps zeros all isfinite isreal
+reshape nargin
 """
 
 #: Functions of which Octave's own would return complex numbers, or pass over NaN.
@@ -155,6 +156,7 @@ def _entry(language: Octave) -> Iterator[str]:
         "until": repr(interface.until),
         **{function.name: f"@{function.name}" for function, _ in interface.functions},
         "integrate": "@integrate",
+        **({} if interface.projection is None else {"project": "@project"}),
     }
     for name, text in fields.items():
         for line in language.broken(f"f.{name} = {text};"):
@@ -181,6 +183,17 @@ def _helpers(text: str) -> list[str]:
     return [named[name] for name in named if name in chosen]
 
 
+def _project(projection: Projection) -> str:
+    """Return the function that leads a state back to the closures."""
+    given = "  if nargin < 4, u = inputs(t, y, p); end\n"
+    tokens = {
+        "@POSITIONS@": template("octave", "positions.m") if projection.positions else "",
+        "@INPUTS@": given if projection.driven else "",
+        "@U@": ", u" if projection.driven else "",
+    }
+    return filled(template("octave", "project.m"), tokens).rstrip("\n")
+
+
 def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.m``.
 
@@ -193,9 +206,19 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
     """
     interface = interface_of(equations, "octave", Octave.reserved, longest=_LONGEST)
     language = Octave(interface)
-    functions = ["\n".join(language.function_lines(*pair)) for pair in interface.functions]
-    numbers = {"@STEPS@": str(interface.steps), "@ROWS@": str(interface.rows)}
-    script = filled(template("octave", "script.m"), numbers).rstrip("\n")
+    projection = interface.projection
+    inner = () if projection is None else projection.functions
+    functions = [
+        "\n".join(language.function_lines(*pair)) for pair in (*interface.functions, *inner)
+    ]
+    functions += [] if projection is None else [_project(projection)]
+    tokens = {
+        "@STEPS@": str(interface.steps),
+        "@ROWS@": str(interface.rows),
+        "@PROJECTED@": "    y = project(s + h, y, p);\n" if projection else "",
+        "@BEGUN@": template("octave", "begin.m") if projection else "",
+    }
+    script = filled(template("octave", "script.m"), tokens).rstrip("\n")
     parts = ["\n".join(_entry(language)), *functions, script, *_helpers("\n".join(functions))]
     stem = file_stem(equations.presentation.name, OCTAVE_RESERVED)
     return {f"{stem}.m": "\n\n".join(parts) + "\n"}

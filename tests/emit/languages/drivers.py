@@ -61,6 +61,8 @@ class Driver(ABC):
         Options of the format, with which a script is written.
     has_solvers
         Its modules solve every system of equations, whatever routines are translated.
+    is_slow
+        Its scripts take seconds: some are run of those that the suite runs, or a campaign.
     holds_everything
         Scenes that have no interface of functions of a state are not refused.
     """
@@ -69,6 +71,7 @@ class Driver(ABC):
     programs: ClassVar[tuple[str, ...]] = ()
     options: ClassVar[dict[str, str | bool]] = {}
     has_solvers: ClassVar[bool] = False
+    is_slow: ClassVar[bool] = False
     holds_everything: ClassVar[bool] = False
 
     @abstractmethod

@@ -32,6 +32,7 @@ class Octave(Driver):
     language = "octave"
     programs = ("octave-cli",)
     has_solvers: ClassVar = True
+    is_slow: ClassVar = True
 
     def build(self, folder, modules):
         lines = []

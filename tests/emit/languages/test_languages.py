@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import subprocess
+
 import pytest
 
 from lagrange_cli.api.emitters import EMITTERS
@@ -106,6 +109,8 @@ def _agree(driver, equations, folder):
 @pytest.mark.parametrize("names", in_parts(SCRIPTS, 25))
 def test_scripts_agree_with_the_simulation(driver, names, tmp_path):
     driver.require()
+    if driver.is_slow:
+        names = names[:3]
     for equations in held_by(driver, map(derived, names)):
         name = equations.presentation.name
         module = driver.emitted(equations, tmp_path / name)
@@ -119,6 +124,27 @@ def test_scripts_agree_with_the_simulation(driver, names, tmp_path):
             for x, by_one, exact in zip(row[1:], coarse[-1][1:], state, strict=True):
                 step_error = k * abs(x - by_one)
                 assert abs(x - exact) <= step_error + 1e-8 * largest, name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("language", ["javascript", "fortran", "octave"])
+def test_starts_off_the_closures_are_refused_with_the_nearest(language, tmp_path):
+    driver = DRIVERS[language]
+    driver.require()
+    equations = derived("four_bar_linkage")
+    module = driver.emitted(equations, tmp_path / "module")
+    done = subprocess.run(
+        driver.script(module, ["beta=0.5"]), capture_output=True, text=True, cwd=module.folder
+    )
+    assert done.returncode == 1
+    assert "the initial state violates the constraints" in done.stderr
+    nearest = done.stderr.split("nearest:")[1].splitlines()[0]
+    words = dict(word.split("=") for word in nearest.split())
+    assert set(words) == set(module.interface.state)
+    angles = {name: float(words[name]) for name in ("alpha", "beta", "gamma")}
+    a, b, c = (0.5, 1.5, 1.25)
+    height = a * math.sin(angles["alpha"]) + b * math.sin(angles["beta"])
+    assert height == pytest.approx(c * math.sin(angles["gamma"]), abs=1e-14)
 
 
 @every_language

@@ -44,6 +44,7 @@ function f = pendulum(varargin)
   f.multipliers = @multipliers;
   f.constraints = @constraints;
   f.integrate = @integrate;
+  f.project = @project;
   if nargout == 0
     main(f, varargin);
     clear f
@@ -172,6 +173,140 @@ function out = constraints(t, y, p)
   if ~all(isfinite(out)), out(:) = NaN; end
 end
 
+function out = position_error(t, y, p)
+% Residuals of closures of positions, then magnitudes of their terms.
+  if nargin < 3, p = defaults(); end
+  out = zeros(2, 1);
+  x = y(1);
+  z = y(2);
+  w0 = x*x;
+  w1 = z*z;
+  w2 = p.l_*p.l_;
+  out(1) = w0 + w1 - w2;
+  out(2) = abs(w0) + abs(w1) + abs(w2) + abs(2.0*w0) + abs(2.0*w1);
+  if ~all(isfinite(out)), out(:) = NaN; end
+end
+
+function out = position_reach(t, y, p)
+% Squares of the gradients of closures of positions.
+  if nargin < 3, p = defaults(); end
+  out = zeros(1, 1);
+  x = y(1);
+  z = y(2);
+  out(1) = 4.0*(x*x + z*z)/p.m;
+  if ~all(isfinite(out)), out(:) = NaN; end
+end
+
+function out = position_change(t, y, p)
+% Change of q that leads to the closures, in the metric of the energy.
+  if nargin < 3, p = defaults(); end
+  out = zeros(2, 1);
+  x = y(1);
+  z = y(2);
+  matrix = zeros(9, 1);
+  vector = zeros(3, 1);
+  matrix(1) = p.m;
+  matrix(2) = 0.0;
+  matrix(5) = p.m;
+  matrix(7) = 2.0*x;
+  matrix(8) = 2.0*z;
+  matrix(9) = 0.0;
+  vector(1) = 0.0;
+  vector(2) = 0.0;
+  vector(3) = -x*x - z*z + p.l_*p.l_;
+  vector(1:3) = solve_saddle(2, 1, matrix, vector);
+  if any(isnan(vector(1:3))), out(:) = NaN; return; end
+  out(1) = vector(1);
+  out(2) = vector(2);
+  if ~all(isfinite(out)), out(:) = NaN; end
+end
+
+function out = velocity_error(t, y, p)
+% Residuals of the rates of closures, then magnitudes of their terms.
+  if nargin < 3, p = defaults(); end
+  out = zeros(2, 1);
+  x = y(1);
+  z = y(2);
+  x_dot = y(3);
+  z_dot = y(4);
+  w0 = x*x_dot;
+  w1 = z*z_dot;
+  out(1) = 2.0*(w0 + w1);
+  out(2) = abs(2.0*w0) + abs(2.0*w1);
+  if ~all(isfinite(out)), out(:) = NaN; end
+end
+
+function out = velocity_change(t, y, p)
+% Change of v that leads to the closures, in the metric of the energy.
+  if nargin < 3, p = defaults(); end
+  out = zeros(2, 1);
+  x = y(1);
+  z = y(2);
+  x_dot = y(3);
+  z_dot = y(4);
+  matrix = zeros(9, 1);
+  vector = zeros(3, 1);
+  matrix(1) = p.m;
+  matrix(2) = 0.0;
+  matrix(5) = p.m;
+  matrix(7) = 2.0*x;
+  matrix(8) = 2.0*z;
+  matrix(9) = 0.0;
+  vector(1) = 0.0;
+  vector(2) = 0.0;
+  vector(3) = -2.0*(x*x_dot + z*z_dot);
+  vector(1:3) = solve_saddle(2, 1, matrix, vector);
+  if any(isnan(vector(1:3))), out(:) = NaN; return; end
+  out(1) = vector(1);
+  out(2) = vector(2);
+  if ~all(isfinite(out)), out(:) = NaN; end
+end
+
+function y = project(t, y, p)
+% State led back to the closures, which it leaves in the course of integration: q by the smallest
+% changes in the metric of the kinetic energy, until only rounding is left, then v. NaN in a
+% singular configuration, or too far from any state that obeys the closures.
+  n = numel(y)/2;
+  last = 0;
+  for number = 0:50
+    errors = position_error(t, y, p);
+    size = residual(errors);
+    if number > 0 && size > 1
+      % Coordinates are found, and rounded, together: so are magnitudes of terms.
+      m = numel(errors)/2;
+      lengths = sqrt(position_reach(t, y, p));
+      magnitudes = max(errors(m + 1:end)./lengths)*lengths;
+      magnitudes(~isfinite(magnitudes)) = 0;
+      errors(m + 1:end) = max(errors(m + 1:end), magnitudes);
+      size = residual(errors);
+    end
+    if size <= 1 || (number > 0 && size <= 1024 && 2*size > last)
+      break
+    end
+    last = size;
+    y(1:n) = y(1:n) + position_change(t, y, p);
+    if number == 50
+      y(:) = NaN;
+    end
+  end
+  if ~(residual(velocity_error(t, y, p)) <= 1)
+    y(n + 1:end) = y(n + 1:end) + velocity_change(t, y, p);
+  end
+  if ~all(isfinite(y))
+    y(:) = NaN;
+  end
+end
+
+function [size, errors] = residual(errors)
+% The largest of residuals, in units of the last place of the magnitudes behind them.
+  m = numel(errors)/2;
+  units = eps*2.^floor(log2(max(errors(m + 1:end), realmin)));
+  size = max(abs(errors(1:m))./units);
+  if any(isnan(errors))
+    size = NaN;
+  end
+end
+
 function y = integrate(y, t, finish, steps, p)
 % State after so many classical Runge-Kutta steps of fixed size from t to finish.
   h = (finish - t)/steps;
@@ -182,6 +317,7 @@ function y = integrate(y, t, finish, steps, p)
     k3 = rhs(s + h/2, y + h/2*k2, p);
     k4 = rhs(s + h, y + h*k3, p);
     y = y + h/6*(k1 + 2*k2 + 2*k3 + k4);
+    y = project(s + h, y, p);
   end
 end
 
@@ -207,6 +343,14 @@ function main(f, given)
   n = numel(states);
   y = values(1:n).';
   p = cell2struct(num2cell(values(n + 1:end - 2)).', fieldnames(f.defaults), 1);
+  stated = y;
+  y = project(f.start, y, p);
+  scales = [max(abs(stated(1:end/2))); max(abs(stated(end/2 + 1:end)))];
+  scales(2) = scales(2) + 64*eps*scales(1)/max(abs(values(end - 1) - f.start), realmin)*1e9;
+  if ~all(abs(y - stated) <= 1e-9*kron(scales, ones(n/2, 1)))
+    pairs = [states; num2cell(y.')];
+    error('the initial state violates the constraints; nearest:%s', sprintf(' %s=%.17g', pairs{:}));
+  end
   fprintf('t%s\n', sprintf(',%s', states{:}));
   for row = 0:500
     t = f.start + (values(end - 1) - f.start)*(row/500);
