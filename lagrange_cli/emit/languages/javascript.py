@@ -176,8 +176,9 @@ def _projection(language: JavaScript, projection: Projection) -> str:
         {"lead_positions"} if positions else set()
     )
     driven = language.inputs_of_closures
+    first = f"{template('javascript', 'positions.mjs').rstrip()} " if positions else ""
     replacements = {
-        "@POSITIONS@": template("javascript", "positions.mjs") if positions else "",
+        "@POSITIONS@": first,
         "@M@": str(positions),
         "@N@": str(len(language.interface.coordinates)),
         "@CLOSURES@": str(m),
