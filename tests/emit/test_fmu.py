@@ -96,6 +96,15 @@ SCENES_HERE: dict[str, Callable[[], object]] = {
     "bouncing_ball": lambda: load(SCENES["bouncing_ball"]).derive(),
     "double_pendulum": lambda: load(SCENES["double_pendulum"]).derive(),
     "four_bar_linkage": lambda: load(SCENES["four_bar_linkage"]).derive(),
+    **{
+        name: lambda name=name: load(SCENES[name]).derive()
+        for name in (
+            "block_leaving_wedge",
+            "ladder_leaving_wall",
+            "particle_leaving_sphere",
+            "slack_rope",
+        )
+    },
     "seismometer": lambda: load(SCENES["seismometer"]).derive(),
     "driven_cart": lambda: loads(CART).derive(),
     "ball_one": lambda: loads(ONE.format(name="one", mass=1.0, start=1)).derive(),
@@ -276,6 +285,24 @@ def test_model_exchange_gives_the_equations_to_another_integrator(derivation, un
             unit(name, version), reference, "ModelExchange", relative_tolerance=1e-10
         )
         assert worst_error(found, reference) < within
+
+
+@pytest.mark.parametrize(
+    ("name", "version"),
+    [
+        ("block_leaving_wedge", "2"),
+        ("ladder_leaving_wall", "3"),
+        ("particle_leaving_sphere", "2"),
+        ("slack_rope", "3"),
+    ],
+)
+def test_contacts_open_in_model_exchange(derivation, unit, name, version):
+    """An importer's zero of a multiplier lies on either side of it: the contact opens all the same,
+    and does not close again while its gap is rounding error."""
+    reference = derivation(name).simulate(samples=51)
+    assert reference.events[0].name.startswith("release")
+    found = columns_of(unit(name, version), reference, "ModelExchange", relative_tolerance=1e-9)
+    assert worst_error(found, reference) < 1e-6
 
 
 def height(t: float, h: float = 1.0, g: float = 9.81, e: float = 0.8) -> float:
