@@ -113,6 +113,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
         raise InputError(Problem(message, rule="analysis-singular"))
     functions = system.functions
     n, m = functions.n, functions.m
+    inputs = functions.width > 2 * n + m
     with mpmath.workdps(DIGITS):
         try:
             forces = functions.forces_at(position, multipliers).slopes
@@ -145,7 +146,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
             reduced,
             damping,
             stiffness,
-            across * forces[:, 2 * n + m :] if functions.width > 2 * n + m else _empty(across.rows),
+            across * forces[:, 2 * n + m :] if inputs else mpmath.matrix(across.rows, 0),
             velocities,
             positions,
             independent,
@@ -195,10 +196,6 @@ def _without_rounding(matrix: mpmath.matrix, errors: mpmath.matrix) -> mpmath.ma
     return clean
 
 
-def _empty(rows: int) -> mpmath.matrix:
-    return mpmath.matrix(rows, 0)
-
-
 def _numbers(system: RestSystem, at: Equilibrium) -> tuple[tuple[Mpf, ...], tuple[Mpf, ...]]:
     """Return positions and multipliers, which need the values of all parameters."""
     system.require_values()
@@ -242,7 +239,7 @@ def _null_space(rows: Sequence[Sequence[Mpf]], n: int) -> tuple[tuple[int, ...],
         pivots.append(column)
         done += 1
     independent = tuple(j for j in range(n) if j not in pivots)
-    null = mpmath.zeros(n, len(independent)) if independent else _empty(n)
+    null = mpmath.zeros(n, len(independent)) if independent else mpmath.matrix(n, 0)
     for k, j in enumerate(independent):
         null[j, k] = mpf(1)
         for row, column in zip(left, pivots, strict=False):
@@ -307,12 +304,10 @@ def _usual_inertia(system: RestSystem) -> list[Mpf]:
     return [max(row) or largest for row in rows]
 
 
-def _output_slopes(
-    system: RestSystem, position: Sequence[Mpf], multipliers: Sequence[Mpf]
-) -> mpmath.matrix:
-    """Return the derivatives of the outputs at a position."""
+def _output_slopes(system: RestSystem, at: Equilibrium) -> mpmath.matrix:
+    """Return the derivatives of the outputs at an equilibrium."""
     try:
-        return system.functions.outputs_at(position, multipliers).slopes
+        return system.functions.outputs_at(*_numbers(system, at)).slopes
     except DomainError:
         message = Phrase("the outputs have no derivatives at this equilibrium")
         raise InputError(Problem(message, rule="analysis-singular")) from None
@@ -321,14 +316,9 @@ def _output_slopes(
 def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> StateSpace:
     """Write a linear system as one of first order, with the outputs of the scene.
 
-    Without outputs the coordinates are given. States are positions, then velocities.
-
-    Raises
-    ------
-    InputError
-        The outputs have no derivatives there.
+    Without outputs the coordinates are given, and outputs without derivatives there are refused.
+    States are positions, then velocities.
     """
-    position, multipliers = _numbers(system, at)
     functions, equations = system.functions, system.equations
     n, m = functions.n, functions.m
     k, p = len(linear.independent), len(linear.placed)
@@ -339,7 +329,7 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
         rows = [[follow[j, i] for i in range(k)] for j in linear.placed]
         below = _solved(linear.mass, -linear.stiffness, -linear.damping, linear.inputs)
         if equations.system.outputs:
-            table = _output_slopes(system, position, multipliers)
+            table = _output_slopes(system, at)
             outputs = tuple(name for name, _ in equations.system.outputs)
             by_q, by_v = table[:, :n] * linear.positions, table[:, n : 2 * n] * follow
             through = _doubles(_columns(table, 2 * n + m, functions.width))

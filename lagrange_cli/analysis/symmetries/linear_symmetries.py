@@ -235,10 +235,7 @@ class _Search:
             first += len(row)
             along = (slopes.get(c.number, 0.0) * values[number[c.factor]] for c in self.columns)
             blocks.append(np.array(list(along)))
-        conditions = np.concatenate(blocks, axis=1).T
-        if not np.isfinite(conditions).all():
-            return np.zeros((0, len(self.columns)))  # Numbers overflow: nothing is found.
-        return _null_space(conditions, self._directions)
+        return _null_space(np.concatenate(blocks, axis=1).T, self._directions)
 
     def rigid_translations(self, rows: Array) -> Array:
         """Return combinations of null vectors that translate all particles, as no single one does.
@@ -420,11 +417,10 @@ def _integral(slope: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
 def _null_space(conditions: Array, directions: int) -> Array:
     """Return null vectors in reduced echelon form over the first ``directions`` unknowns.
 
-    Parameters
-    ----------
-    conditions
-        One row a condition, one column an unknown.
+    ``conditions``: one row a condition, one column an unknown; none hold where numbers overflow.
     """
+    if not np.isfinite(conditions).all():
+        return np.zeros((0, conditions.shape[1]))
     sizes = np.abs(conditions).max(axis=1, keepdims=True)
     rows = conditions / np.where(sizes > 0, sizes, 1.0)
     weights = np.linalg.norm(rows, axis=0)

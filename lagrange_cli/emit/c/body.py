@@ -141,10 +141,10 @@ class _Writer:
     def _given(self) -> list[str]:
         """Call the functions that give accelerations and multipliers."""
         lines: list[str] = []
-        if self.function.given:
+        if self.function.given_functions:
             lines.append(f"    {self.real} *const given = work;")
         place = "given"
-        for k, name in enumerate(self.function.given):
+        for k, name in enumerate(self.function.given_functions):
             passed = f"{self.names.passed}, work + {self.given}, {place}"
             declared = "" if k else "int "
             lines.append(f"    {declared}status = {self.target.prefix}_{name}({passed});")

@@ -56,13 +56,13 @@ def compiled(
         The arithmetic has no loops over families, or lacks a function; routines that it lacks
         raise at a call.
     """
-    earlier = [compiled(known[name], arithmetic, known) for name in function.given]
+    earlier = [compiled(known[name], arithmetic, known) for name in function.given_functions]
     of_families = any(isinstance(step, Scope) for step in function.body)
     if of_families and not arithmetic.of_doubles:
         raise UnsupportedError("loops over families")
     if of_families and members_of(function) >= MANY:
         return _Unplanned(with_numpy(function), function)
-    sizes = [math.prod(known[name].shape) for name in function.given]
+    sizes = [math.prod(known[name].shape) for name in function.given_functions]
     return _Planned(Planner(function, arithmetic, sum(sizes)).plan(), function, arithmetic, earlier)
 
 

@@ -170,7 +170,7 @@ class Function:
         Shape of the results, of which indices count by rows; empty for a number.
     coordinates, parameters, driven
         Numbers of coordinates, parameters and inputs that it is handed.
-    given
+    given_functions
         Functions to be evaluated first, whose results stand one after the other in the array
         ``given``.
     """
@@ -182,7 +182,7 @@ class Function:
     coordinates: int
     parameters: int
     driven: int = 0
-    given: tuple[str, ...] = ()
+    given_functions: tuple[str, ...] = ()
 
 
 def steps_in(body: Iterable[Step]) -> Iterator[Step]:

@@ -83,7 +83,7 @@ def _read_texts(text: str) -> dict[str, Any]:
 
 def _stored(function: Function) -> list[Any]:
     sizes = (function.shape, function.coordinates, function.parameters, function.driven)
-    return [function.kind.name, list(map(_step, function.body)), *sizes, function.given]
+    return [function.kind.name, list(map(_step, function.body)), *sizes, function.given_functions]
 
 
 def _step(step: Step) -> list[Any]:
