@@ -7,7 +7,6 @@ from the polynomials of their interpolation.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -216,14 +215,14 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.system.inputs else "",
         "@TOLERANCE@": real.value(max(START_TOLERANCE, 1024.0 * float(real.epsilon))),
         "@ROUNDING@": real.value(64.0 * float(real.epsilon)),
-        "@SHORT@": re.sub(r"\d+", "3", real.print_format),
+        "@SHORT@": real.print_format(3),
         "@FABS@": f"fabs{real.suffix}",
         **_state_replacements(equations, real),
         **_run_replacements(equations, real),
         "@NAME@": names.prefix,
         "@REAL@": real.name,
         "@PARSE@": real.parse,
-        "@FORMAT@": real.print_format,
+        "@FORMAT@": real.print_format(real.digits),
         "@CAST@": "(double)" if real.name == "float" else "",
         "@ROWS@": str(_ROWS),
     }

@@ -36,8 +36,8 @@ class Real:
         Largest power of ten of constants.
     parse
         Function that reads a text.
-    print_format
-        Format of ``printf`` that reads back the same.
+    digits
+        Digits with which a number reads back the same.
     """
 
     name: str
@@ -46,7 +46,11 @@ class Real:
     epsilon: Fraction
     largest_exponent: int
     parse: str
-    print_format: str
+    digits: int
+
+    def print_format(self, digits: int) -> str:
+        """Return the format of ``printf`` that prints so many digits."""
+        return f"%.{digits}{self.constant_suffix.strip('f')}g"
 
     def literal(self, value: Coefficient) -> str:
         """Return a constant that reads as the number nearest to ``value``."""
@@ -67,9 +71,9 @@ class Real:
 
 
 _REALS = {
-    "float": Real("float", "f", "f", Fraction(1, 2**24), 37, "(float)strtod", "%.9g"),
-    "double": Real("double", "", "", Fraction(1, 2**53), 307, "strtod", "%.17g"),
-    "long-double": Real("long double", "l", "L", Fraction(1, 2**64), 4931, "strtold", "%.21Lg"),
+    "float": Real("float", "f", "f", Fraction(1, 2**24), 37, "(float)strtod", 9),
+    "double": Real("double", "", "", Fraction(1, 2**53), 307, "strtod", 17),
+    "long-double": Real("long double", "l", "L", Fraction(1, 2**64), 4931, "strtold", 21),
 }
 
 
