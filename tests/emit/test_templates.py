@@ -137,8 +137,8 @@ def c_values(name: str, real: Real) -> dict[str, str]:
         "@MAX@": "fmax" + real.suffix,
         "@NEXT@": "nextafter" + real.suffix,
         "@PARSE@": real.parse,
-        "@FORMAT@": real.print_format,
-        "@SHORT@": real.print_format,
+        "@FORMAT@": real.print_format(real.digits),
+        "@SHORT@": real.print_format(3),
         "@CAST@": "(double)" if real.name == "float" else "",
     }
     own = OWN_VALUES.get(name, MAIN_VALUES if name.startswith("main") else {})
