@@ -41,7 +41,6 @@ C_VALUES = {
     "@RHS@": f"{STATE}, @REAL@ *work, @REAL@ *dydt",
     "@RESET@": f"{STATE}, int *mode, int event, @REAL@ bounce, @REAL@ *work",
     "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n",
-    "@CORNER@": "(i == j ? a[i*s + i] : @ZERO@)",
     "@TESTS@": "    if (side[0]*place[0] < 0) {\n        return 1;\n    }",
     "@NUMBERS@": "        {@ZERO@, @ONE@},\n        {@ONE@, @ZERO@}",
     "@INT@": "int",
@@ -49,7 +48,7 @@ C_VALUES = {
     "@CONSTRAINTS@": "the gaps of the contacts, then their rates,",
     "@TEXT@": "force",
     "@FUNCTION@": "multipliers",
-    **dict.fromkeys(["@CONTACT@", "@CHANGING@", "@FLIGHT@", "@OF@", "@COMPLIANT@"], ""),
+    **dict.fromkeys(["@CONTACT@", "@CHANGING@", "@FLIGHT@", "@OF@"], ""),
     "@U@": "2",
     "@N@": "3",
     "@M@": "1",
@@ -64,7 +63,6 @@ C_VALUES = {
     "@WIDTH@": "2",
     "@PLACES@": "2",
     "@OFFSET@": "3",
-    "@WIDEST@": "9999",
     "@TO@": f"{STATE}, @REAL@ *work, @REAL@ *z",
     "@FROM@": f"{CANONICAL}, @REAL@ *work, @REAL@ *y",
     "@RATES@": f"{CANONICAL}, @REAL@ *work, @REAL@ *dzdt",
@@ -127,8 +125,8 @@ typedef struct { @REAL@ p[9]; } system_params;
 
 def c_values(name: str, real: Real) -> dict[str, str]:
     """The values of the tokens of a template."""
-    numbers = dict.fromkeys(["@TOLERANCE@", "@SMALL@", "@LEAST@", "@NEAR@"], real.value(0.25))
-    numbers |= dict.fromkeys(["@FAR@", "@UNEVEN@", "@SMALLEST@", "@LOOSER@"], real.value(0.5))
+    numbers = dict.fromkeys(["@TOLERANCE@", "@NEAR@"], real.value(0.25))
+    numbers |= dict.fromkeys(["@FAR@", "@SMALLEST@", "@LOOSER@"], real.value(0.5))
     numbers |= dict.fromkeys(["@ULPS@", "@ULP@", "@NOISE@", "@ROUNDING@"], real.value(0.125))
     numbers |= {f"@{k}@": real.value(v) for k, v in {"HALF": 0.5, "TWO": 2.0, "SIX": 6.0}.items()}
     numbers |= {

@@ -224,7 +224,7 @@ class _Writer:
         call = f"{self.target.prefix}_solve_{step.routine}({', '.join(arguments)})"
         tab = "    " * depth
         return [
-            *wrapped(f"if ({call} != 0) {{", depth, 2),
+            *wrapped(f"if (!{call}) {{", depth, 2),
             f"{tab}    return 1;",
             f"{tab}}}",
         ]

@@ -28,7 +28,6 @@ from lagrange_cli.emit.c.further import (
 from lagrange_cli.emit.c.header import header_text
 from lagrange_cli.emit.c.main import main_text
 from lagrange_cli.emit.c.solvers import (
-    columns_solver_text,
     helper_text,
     loop_helpers,
     solver_text,
@@ -146,8 +145,7 @@ def _source(
         f"/* {target.prefix}: see {stem}.h, which documents every function. */\n",
         f'#include "{stem}.h"\n\n{_MATH}',
         helper_text(used, target),
-        solver_text(blocks_of(programs), target),
-        columns_solver_text(programs.values(), target),
+        solver_text(blocks_of(programs), programs.values(), target),
         loop_helpers(programs, target),
         _defaults(equations, target),
     ]

@@ -6,18 +6,18 @@ functions share.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import ClassVar
 
-from lagrange_cli.emit.c.target import EPSILON_NAME, CTarget, Real, wrapped
-from lagrange_cli.emit.template_files import c_template, filled
+from lagrange_cli.emit.c.target import EPSILON_NAME, CTarget, wrapped
+from lagrange_cli.emit.routines.signatures import Argument, Signature, routines_called
+from lagrange_cli.emit.routines.syntax import Syntax
+from lagrange_cli.emit.routines.translation import routine_text
+from lagrange_cli.emit.template_files import c_template
+from lagrange_cli.program.graph.operands import Coefficient
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
-from lagrange_cli.program.solvers.sparse_factorization import BandFactors, SupernodalFactors
-from lagrange_cli.program.solvers.tolerances import (
-    LARGEST_EXPONENT,
-    LEAST_INERTIA,
-    UNEVEN_PIVOT,
-)
+from lagrange_cli.program.solvers.sparse_factorization import BandFactors
 from lagrange_cli.program.systems.loops import SparseSolve, Total, table_name, tables_of
 
 #: Functions that ``<math.h>`` lacks.
@@ -29,35 +29,116 @@ def helper_text(used: Collection[str], target: CTarget) -> str:
     return "\n".join(target.fill(c_template(name)) for name in _HELPERS if name in used)
 
 
-def solver_text(blocks: Sequence[MatrixBlock], target: CTarget) -> str:
-    """Write what solving the blocks needs: the bound for pivots and the loops."""
-    real, parts = target.real, []
+def solver_text(blocks: Sequence[MatrixBlock], programs: Iterable[Program], target: CTarget) -> str:
+    """Write the bound for pivots and the routines that programs call.
+
+    Parameters
+    ----------
+    blocks
+        The systems that the right-hand sides solve.
+    """
+    parts = []
     if any((b.definite and b.size > 1 and not b.exact) or b.closures for b in blocks):
         parts.append(
             "/* A pivot below this multiple of its diagonal entry is rounding error. */\n"
-            f"#define {target.prefix}_{EPSILON_NAME} {real.literal(real.epsilon)}\n"
+            f"#define {target.prefix}_{EPSILON_NAME} {target.real.literal(target.real.epsilon)}\n"
         )
-    loops = [block for block in blocks if not block.unrolled and block.band is None]
-    if any(block.definite for block in loops):
-        parts.append(target.fill(c_template("solve_definite")))
-    if any(not block.definite for block in loops):
-        parts.append(target.fill(c_template("solve_pivoted")))
-    if any(block.closures for block in loops):
-        parts.append(target.fill(_saddle_template(real)))
-    if any(block.band is not None for block in blocks):
-        parts.append(target.fill(c_template("solve_banded")))
-    return "\n".join(parts)
+    names = sorted({*_of_blocks(blocks), *_of_programs(programs)})
+    routines = [r for r in routines_called(names) if r.name not in _BORROWED]
+    called = {called.name for routine in routines for called in routine.called}
+    parts += [target.fill(c_template(name)) for name in _BORROWED if name in called]
+    syntax = _RoutineSyntax(target)
+    return "\n".join([*parts, *(f"{routine_text(routine, syntax)}\n" for routine in routines)])
+
+
+#: Routines that ``<math.h>`` makes short.
+_BORROWED = ("power_of_two", "root_scale_of", "scale_of")
+
+
+def _of_blocks(blocks: Sequence[MatrixBlock]) -> Iterator[str]:
+    for block in blocks:
+        if block.band is not None:
+            yield "banded"
+        elif not block.unrolled:
+            yield "definite" if block.definite else "saddle" if block.closures else "pivoted"
+
+
+def _of_programs(programs: Iterable[Program]) -> Iterator[str]:
+    for program in programs:
+        if program.jacobian is not None and program.jacobian.blocks:
+            yield "columns"
+        for part in program.parts:
+            if isinstance(part, SparseSolve):
+                yield "banded" if isinstance(part.factors, BandFactors) else "sparse"
+
+
+class _RoutineSyntax(Syntax):
+    """Routines as static functions of C, whose results 1 and 0 are those of tests."""
+
+    words: ClassVar = {**Syntax.words, "True": "1", "False": "0"}
+
+    def __init__(self, target: CTarget) -> None:
+        self.target = target
+        self.routines, self.numeric = set(), set()
+        number = target.real.name
+        self._types = {"int": "int", "bool": "int", "none": "void", "real": number}
+        self._types |= {"reals": f"{number} *", "integers": "int *"}
+
+    def number(self, value: Coefficient) -> str:
+        return self.target.real.literal(value)
+
+    def callee(self, function: str) -> str:
+        return self.target.functions[function]
+
+    def constant(self, name: str, value: float) -> str:
+        if name == EPSILON_NAME:
+            return f"{self.target.prefix}_{EPSILON_NAME}"
+        return super().constant(name, value)
+
+    def counted(self, index: str) -> str:
+        return f"({self.target.real.name}){index}"
+
+    def remark(self, text: str) -> str:
+        return f"/* {text} */"
+
+    def store(self, target: str, text: str) -> str:
+        return f"{target} = {text};"
+
+    def routine_head(self, routine: Signature) -> list[str]:
+        result = self._types[routine.result]
+        arguments = ", ".join(map(self._argument, routine.arguments))
+        head = f"static {result} {self.target.prefix}_{routine.name}({arguments})"
+        documentation = (f" * {line}".rstrip() for line in routine.documentation)
+        return ["/*", *documentation, " */", *wrapped(head, 0, 2), "{"]
+
+    def _argument(self, argument: Argument) -> str:
+        text = self._types[argument.kind]
+        if not text.endswith("*"):
+            return f"{text} {argument.name}"
+        return f"{'' if argument.changed else 'const '}{text}{argument.name}"
+
+    def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
+        return f"{'const ' if fixed else ''}{self._types[kind]} {name} = {text};"
+
+    def counting(
+        self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
+    ) -> tuple[str, str]:
+        first, test, change = f"int {counter} = {start}", f"{counter} < {stop}", f"++{counter}"
+        if down:
+            first, test = f"int {counter} = {stop} - 1", f"{counter} >= {start}"
+            change = f"--{counter}"
+        elif step > 1:
+            change = f"{counter} += {step}"
+        return f"for ({first}; {test}; {change}) {{", self.ended
+
+    def called(self, routine: Signature, arguments: Sequence[str]) -> tuple[list[str], str]:
+        return [], f"{self.target.prefix}_{routine.name}({', '.join(arguments)})"
 
 
 def loop_helpers(programs: Mapping[str, Program], target: CTarget) -> str:
-    """Write what the loops of a source file need: solvers, sums, tables."""
+    """Write what the loops of a source file need beside solvers: sums and tables."""
     parts = [part for program in programs.values() for part in program.parts]
-    solved = [part.factors for part in parts if isinstance(part, SparseSolve)]
     texts = []
-    if any(isinstance(factors, BandFactors) for factors in solved):
-        texts.append(target.fill(c_template("solve_banded")))
-    if any(isinstance(factors, SupernodalFactors) for factors in solved):
-        texts.append(target.fill(c_template("solve_sparse")))
     if any(isinstance(part, Total) for part in parts):
         texts.append(target.fill(c_template("total")))
     tables = dict.fromkeys(t for program in programs.values() for t in tables_of(program.parts))
@@ -69,30 +150,3 @@ def _table_text(prefix: str, table: tuple[int, ...]) -> str:
     rows = wrapped(", ".join(map(str, table)), 1, 0)
     name = table_name(prefix, table)
     return "\n".join([f"static const int {name}[] = {{", *rows, "};", ""])
-
-
-def columns_solver_text(programs: Iterable[Program], target: CTarget) -> str:
-    """Write what solves for derivatives; empty if no program needs it."""
-    jacobians = (program.jacobian for program in programs)
-    if any(jacobian is not None and jacobian.blocks for jacobian in jacobians):
-        return target.fill(c_template("solve_columns"))
-    return ""
-
-
-#: Below the exponent of every number.
-_LEAST = -65536.0
-
-
-def _saddle_template(real: Real) -> str:
-    """``PREFIX_solve_saddle`` and what it calls, but for names and type.
-
-    Mass matrices may be singular by themselves where closures make the whole regular; then
-    scales are taken from both, and the solution is refined.
-    """
-    replacements = {
-        "@LEAST@": real.value(_LEAST),
-        "@SMALL@": real.value(LEAST_INERTIA),
-        "@UNEVEN@": real.value(UNEVEN_PIVOT),
-        "@WIDEST@": str(LARGEST_EXPONENT),
-    }
-    return filled(c_template("solve_saddle"), replacements)

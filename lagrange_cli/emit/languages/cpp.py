@@ -19,14 +19,12 @@ from lagrange_cli.emit.languages.printer import (
     Language,
     arguments_read,
     functions_called,
-)
-from lagrange_cli.emit.languages.routines import (
     module_functions,
     projection_text,
-    routine_texts,
 )
-from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import C_HEADERS, C_RESERVED, file_stem, unique_identifiers
+from lagrange_cli.emit.routines.signatures import Signature
+from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, ClassVar
 from lagrange_cli.emit.languages.fortran_program import main_program
 from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of, is_input
 from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language, local_arrays
-from lagrange_cli.emit.languages.routines import routine_texts
-from lagrange_cli.emit.languages.signatures import Argument, Signature
 from lagrange_cli.emit.naming import file_stem
+from lagrange_cli.emit.routines.signatures import Argument, Signature
+from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
 from lagrange_cli.program.lowered.functions import (

@@ -12,8 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
-from lagrange_cli.emit.languages.signatures import routines_called
 from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
+from lagrange_cli.emit.routines.signatures import routines_called
 from lagrange_cli.emit.shared_code import recorded_inputs
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS, constraint_programs

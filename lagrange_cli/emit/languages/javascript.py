@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import Projection, interface_of
 from lagrange_cli.emit.languages.printer import Language
-from lagrange_cli.emit.languages.routines import routine_texts
-from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import file_stem
+from lagrange_cli.emit.routines.signatures import Signature
+from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS

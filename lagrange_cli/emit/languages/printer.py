@@ -7,20 +7,21 @@ language allows it.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from math import prod
 from textwrap import wrap
 from typing import ClassVar
 
 from lagrange_cli.emit.languages.interface import Interface, is_input
-from lagrange_cli.emit.languages.signatures import Signature, signature_of
+from lagrange_cli.emit.routines.signatures import signature_of
+from lagrange_cli.emit.routines.syntax import Syntax
+from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import (
     COUNTED,
     PROGRAM_FUNCTIONS,
     AffineIndex,
-    Coefficient,
     Element,
     Operand,
 )
@@ -43,7 +44,7 @@ from lagrange_cli.program.lowered.functions import (
     steps_in,
 )
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
-from lagrange_cli.program.printing import Dialect, double_literal, expression_text, functions_in
+from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.systems.loops import table_name
 
 #: Counters of nested loops, outermost first.
@@ -66,60 +67,22 @@ def local_arrays(function: Function) -> dict[str, int]:
     return sizes
 
 
-class Language(ABC):
+class Language(Syntax):
     """A language that prints lowered functions.
 
     Attributes
     ----------
-    functions
-        Function of a program → text of the callee.
     reserved
         Words that identifiers must not be: keywords, and names that the module uses.
-    comment
-        Text that begins a comment, which the end of a line ends.
-    first
-        Index of the first number of an array.
-    tab
-        Indentation of a level.
-    width
-        Column before which lines are broken.
     inputs_argument
         The argument of so many inputs, with what stands between it and the next one.
     named
         Letters of the inputs of programs that functions name at their beginning.
-    continued
-        Text at the end of a line that goes on; None where lines may be broken anywhere.
-    words
-        Words of tests in routines → those of the language.
-    whole
-        Function of integers → its callee, where that of other numbers is another one.
-    augments
-        The language has ``x += 1``; else routines say ``x = x + 1``.
-    leaving, otherwise, ended
-        Lines of routines: the end of a loop, what an ``if`` has else, and the end of either.
     """
 
-    functions: ClassVar[Mapping[str, str]]
     reserved: ClassVar[frozenset[str]]
-    comment = "// "
-    first = 0
-    tab = "    "
-    width = 100
     named = "puqv"
     inputs_argument = ""
-    continued = ""
-    words: ClassVar[Mapping[str, str]] = {
-        "and": "&&",
-        "or": "||",
-        "not": "!",
-        "True": "true",
-        "False": "false",
-    }
-    whole: ClassVar[Mapping[str, str]] = {}
-    augments = True
-    leaving = "break;"
-    otherwise = "} else {"
-    ended = "}"
 
     def __init__(self, interface: Interface) -> None:
         self.interface = interface
@@ -130,15 +93,13 @@ class Language(ABC):
         self._arrays: dict[str, int] = {}
         #: Tables of indices that the functions printed so far look into.
         self.tables: dict[str, tuple[int, ...]] = {}
-        #: Routines that they call, and functions of numbers that these call.
-        self.routines: set[str] = set()
-        self.numeric: set[str] = set()
+        self.routines = set()
+        self.numeric = set()
 
     # -- what a language says --------------------------------------------------------
 
-    def number(self, value: Coefficient) -> str:
-        """Return a literal of double precision."""
-        return double_literal(value)
+    def constant(self, name: str, value: float) -> str:
+        return self.rounding() if name == EPSILON.upper() else super().constant(name, value)
 
     def rounding(self) -> str:
         """Return half the distance from 1 to the next number."""
@@ -155,10 +116,6 @@ class Language(ABC):
     @abstractmethod
     def let(self, name: str, text: str) -> str:
         """Return the statement that names a number."""
-
-    @abstractmethod
-    def store(self, target: str, text: str) -> str:
-        """Return the statement that stores a number."""
 
     @abstractmethod
     def loop(self, counter: str, count: str) -> tuple[str, str]:
@@ -194,79 +151,11 @@ class Language(ABC):
         """Return the lines around statements whose names are their own; None if there are none."""
         return "{", "}"
 
-    def counted(self, index: str) -> str:
-        """Return an integer as a number."""
-        return index
-
-    def element_text(self, name: str, index: str) -> str:
-        """Return a number of an array, by an index from ``first`` on."""
-        return f"{name}[{index}]"
-
-    # -- what a language says of routines, unless it has solvers of its own -----------
-
-    def routine_head(self, routine: Signature) -> list[str]:
-        """Return the lines that begin a routine, with its documentation."""
-        raise NotImplementedError
-
-    def routine_foot(self, routine: Signature) -> list[str]:
-        """Return the lines that end a routine."""
-        return [self.ended]
-
-    def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
-        """Return the first assignment of a variable in its block; ``fixed``: the only one."""
-        raise NotImplementedError
-
-    def counting(
-        self, counter: str, start: str, stop: str, *, step: int = 1, down: bool = False
-    ) -> tuple[str, str]:
-        """Return the lines around a loop from ``start`` on to below ``stop``, or the same down."""
-        raise NotImplementedError
-
-    def augmented(self, target: str, operator: str, text: str) -> str:
-        """Return the statement that changes a number."""
-        return f"{target} {operator}= {text};"
-
-    def compared(self, left: str, operator: str, right: str, *, real: bool) -> str:
-        """Return a test of two numbers."""
-        return f"{left} {self.words.get(operator, operator)} {right}"
-
-    def repeated(self, test: str) -> tuple[str, str]:
-        """Return the lines around a loop as long as a test holds."""
-        return f"while ({test}) {{", self.ended
-
-    def branch(self, test: str) -> str:
-        """Return the line that begins what is done if a test holds."""
-        return f"if ({test}) {{"
-
-    def other_branch(self, test: str) -> str:
-        """Return the line that begins what is done if no test before and this one holds."""
-        return f"}} else if ({test}) {{"
-
-    def returned(self, text: str | None) -> list[str]:
-        """Return the lines that end a routine with its result, if it has one."""
-        return ["return;" if text is None else f"return {text};"]
-
-    def called(self, routine: Signature, arguments: Sequence[str]) -> tuple[list[str], str]:
-        """Return lines that call a routine, if it takes some, and the expression of its result."""
-        return [], f"{routine.name}({', '.join(arguments)})"
-
-    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
-        """Return lines that store a function of closures, and the test that it has results.
-
-        The time, parameters and inputs are arguments of the routine: those of its argument of the
-        kind ``closures``.
-        """
-        return [], f"{function}(t, {y}, p, {results})"
-
     @property
     def closures_driven(self) -> bool:
         """Tell whether functions of closures read inputs."""
         projection = self.interface.projection
         return projection is not None and projection.driven
-
-    def called_alone(self, text: str) -> list[str]:
-        """Return the lines of a call without a result."""
-        return [f"{text};"]
 
     def call_of(self, step: Solve, arrays: Iterable[str], table: str) -> str:
         """Return the call of a routine by its arrays, and by tables as a format writes them."""
@@ -319,7 +208,7 @@ class Language(ABC):
         if isinstance(step, Scope):
             return self._scope(step)
         if isinstance(step, Remark):
-            return [f"{self.comment}{step.text}"]
+            return [self.remark(step.text)]
         if isinstance(step, LocalArray):
             size = self._arrays.pop(step.name, None)
             return [] if size is None else self.array(step.name, size)
@@ -382,15 +271,6 @@ class Language(ABC):
         subtracted = "".join(f"-{term}" for factor, term in terms if factor < 0)
         return added + subtracted or "0"
 
-    def broken(self, line: str) -> list[str]:
-        """Return a statement over several lines where it is long."""
-        width = self.width - 3 * len(self.tab)
-        lines = wrap(line, width, break_long_words=False, break_on_hyphens=False)
-        return [
-            ("" if k == 0 else self.tab) + text + (self.continued if k < len(lines) - 1 else "")
-            for k, text in enumerate(lines)
-        ]
-
     def commented(self, lines: Sequence[str]) -> list[str]:
         """Return lines as comments, wrapped."""
         width = self.width - len(self.comment)
@@ -413,3 +293,31 @@ def arguments_read(function: Function) -> set[str]:
     read = names_read(function.body)
     named = {ARRAYS[name[0]] for name in read if is_input(name)}
     return named | (read & {"t", "y", "u", "p"})
+
+
+def module_functions(language: Language) -> list[str]:
+    """Return the functions of a module, those that the projection onto closures calls last."""
+    projection = language.interface.projection
+    inner = () if projection is None else projection.functions
+    functions = (*language.interface.functions, *inner)
+    return ["\n".join(language.function_lines(function, text)) for function, text in functions]
+
+
+def projection_text(language: Language, folder: str, name: str, positions: str) -> str:
+    """Return the function ``project`` from its templates; nothing of scenes without closures."""
+    projection = language.interface.projection
+    if projection is None:
+        return ""
+    language.routines |= {"lead_velocities", "is_near"}
+    if projection.positions:
+        language.routines.add("lead_positions")
+    size, driven = len(language.interface.inputs), projection.driven
+    leading = template(folder, positions).rstrip() if projection.positions else ""
+    replacements = {
+        "@POSITIONS@": leading,
+        "@M@": str(projection.positions),
+        "@CLOSURES@": str(projection.closures),
+        "@INPUTS@": language.inputs_argument.format(size) if driven else "",
+        "@U@": "u, " if driven else "",
+    }
+    return filled(template(folder, name), replacements)

@@ -19,14 +19,12 @@ from lagrange_cli.emit.languages.printer import (
     arguments_read,
     functions_called,
     local_arrays,
-)
-from lagrange_cli.emit.languages.routines import (
     module_functions,
     projection_text,
-    routine_texts,
 )
-from lagrange_cli.emit.languages.signatures import Signature
 from lagrange_cli.emit.naming import file_stem
+from lagrange_cli.emit.routines.signatures import Signature
+from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS

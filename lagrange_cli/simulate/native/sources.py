@@ -119,7 +119,7 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
         "#include <math.h>\n",
         _parameter_type(programs, real),
         helper_text(used, target),
-        solver_text(blocks_of(programs), target),
+        solver_text(blocks_of(programs), programs.values(), target),
         loop_helpers(programs, target),
         *(_function_text(f, programs, target) for f in programs),
         residual_text(programs, target),

@@ -10,8 +10,8 @@ import pytest
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.javascript import JavaScript as Printer
-from lagrange_cli.emit.languages.routines import routine_text
-from lagrange_cli.emit.languages.signatures import routines_called, signature_of
+from lagrange_cli.emit.routines.signatures import routines_called, signature_of
+from lagrange_cli.emit.routines.translation import routine_text
 from lagrange_cli.errors import InternalError
 from lagrange_cli.program.lowered.routines.elimination import solve_pivoted
 from lagrange_cli.program.lowered.routines.numbers import Array, Integers

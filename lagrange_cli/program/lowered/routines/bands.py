@@ -16,7 +16,9 @@ def solve_banded(m: int, w: int, a: Array, b: Array, d: Array) -> bool:
         d[k] = a[k * (w + 1)]
     for k in range(m):
         row = k * (w + 1)
-        last = min(w, m - 1 - k)
+        last = m - 1 - k
+        if last > w:
+            last = w
         if not a[row] > m * EPSILON * d[k]:
             return False
         d[k] = 1.0 / a[row]
@@ -29,8 +31,11 @@ def solve_banded(m: int, w: int, a: Array, b: Array, d: Array) -> bool:
             a[row + i] = ratio
     for k in reversed(range(m)):
         row = k * (w + 1)
+        last = m - 1 - k
+        if last > w:
+            last = w
         value = b[k] * d[k]
-        for i in range(1, min(w, m - 1 - k) + 1):
+        for i in range(1, last + 1):
             value -= a[row + i] * b[k + i]
         b[k] = value
     return True

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
-from lagrange_cli.program.lowered.routines.numbers import EPSILON, Array, power_of_two
+from lagrange_cli.program.lowered.routines.numbers import EPSILON, Array, root_scale_of
 
 
 def solve_definite(n: int, a: Array, b: Array, d: Array) -> bool:
@@ -18,7 +16,9 @@ def solve_definite(n: int, a: Array, b: Array, d: Array) -> bool:
     for i in range(n):
         d[i] = a[i * n + i]
     for first in range(0, n, 4):
-        last = min(first + 4, n)
+        last = first + 4
+        if last > n:
+            last = n
         # The four rows among themselves.
         for j in range(first, last):
             above = j * n
@@ -98,8 +98,7 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
 
     Of the matrix [M, G^T; G, C] of s rows, the upper triangle of the n rows of M, the rows of G
     and the diagonal C are given by rows; the right-hand sides stand in the s rows of b; the s
-    numbers of d are overwritten. Rows and columns are scaled alike, by powers of two, until their
-    largest entries are near 1 (Ruiz, RAL-TR-2001-034), then eliminated with partial pivoting.
+    numbers of d are overwritten. Rows and columns are scaled alike, then eliminated.
     """
     for i in range(s):
         for j in range(i + 1, s):
@@ -109,8 +108,32 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
                 a[j * s + i] = a[i * s + j]
             else:
                 a[i * s + j] = a[j * s + i]
+    scale_alike(s, a, d)
+    for i in range(s):
+        row = i * s
+        right = i * c
+        for j in range(s):
+            a[row + j] = a[row + j] * d[i] * d[j]
+        for k in range(c):
+            b[right + k] *= d[i]
+    if not eliminate_columns(s, c, a, b):
+        return False
+    for i in range(n):
+        for k in range(c):
+            b[i * c + k] *= d[i]
+    return True
+
+
+def scale_alike(s: int, a: Array, d: Array) -> None:
+    """Store scales d, powers of two, by which the largest entries of s rows and columns are near 1.
+
+    The method is Ruiz's, RAL-TR-2001-034.
+    """
+    for i in range(s):
         d[i] = 1.0
-    for _sweep in range(4):
+    sweeps = 4
+    while sweeps > 0:
+        sweeps -= 1
         for i in range(s):
             row = i * s
             size = 0.0
@@ -119,14 +142,11 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
                 if entry > size:
                     size = entry
             if size > 0.0:
-                d[i] *= 0.5 / power_of_two(sqrt(size * d[i]))
-    for i in range(s):
-        row = i * s
-        right = i * c
-        for j in range(s):
-            a[row + j] = a[row + j] * d[i] * d[j]
-        for k in range(c):
-            b[right + k] *= d[i]
+                d[i] *= root_scale_of(size * d[i])
+
+
+def eliminate_columns(s: int, c: int, a: Array, b: Array) -> bool:
+    """Solve a x = b for the c columns of b by elimination with partial pivoting; x replaces b."""
     for j in range(s):
         row = j * s
         right = j * c
@@ -147,13 +167,13 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
                 b[best * c + k] = swap
         for i in range(j + 1, s):
             below = i * s
-            beside = i * c
+            target = i * c
             ratio = a[below + j] / a[row + j]
             if ratio != 0.0:
                 for k in range(j + 1, s):
                     a[below + k] -= ratio * a[row + k]
                 for k in range(c):
-                    b[beside + k] -= ratio * b[right + k]
+                    b[target + k] -= ratio * b[right + k]
     for i in reversed(range(s)):
         right = i * c
         for j in range(i + 1, s):
@@ -165,7 +185,4 @@ def solve_columns(n: int, s: int, c: int, a: Array, b: Array, d: Array) -> bool:
         pivot = a[i * s + i]
         for k in range(c):
             b[right + k] /= pivot
-    for i in range(n):
-        for k in range(c):
-            b[i * c + k] *= d[i]
     return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import MutableSequence, Sequence
+from math import sqrt
 from typing import TypeAlias
 
 #: Numbers, which a routine may store.
@@ -32,3 +33,13 @@ def power_of_two(x: float) -> float:
     if 2.0 * power <= x:
         power *= 2.0
     return power
+
+
+def scale_of(x: float) -> float:
+    """Return the power of two that brings a positive number to between 1/2 and 1."""
+    return 0.5 / power_of_two(x)
+
+
+def root_scale_of(x: float) -> float:
+    """Return the power of two whose square brings a positive number to between 1/4 and 1."""
+    return scale_of(sqrt(x))

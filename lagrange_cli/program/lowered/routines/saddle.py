@@ -5,7 +5,13 @@ from __future__ import annotations
 from math import sqrt
 
 from lagrange_cli.program.lowered.routines.elimination import solve_pivoted
-from lagrange_cli.program.lowered.routines.numbers import EPSILON, Array, power_of_two
+from lagrange_cli.program.lowered.routines.numbers import (
+    EPSILON,
+    Array,
+    power_of_two,
+    root_scale_of,
+    scale_of,
+)
 from lagrange_cli.program.solvers.tolerances import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 
 #: The largest inertia over gradient squared, both as powers of two.
@@ -31,7 +37,7 @@ def solve_saddle(n: int, m: int, a: Array, b: Array, d: Array, copy: Array, defe
             if abs(a[i * s + j]) > size:
                 size = abs(a[i * s + j])
     if size > 0.0:
-        unit = 0.5 / power_of_two(size)
+        unit = scale_of(size)
     for i in range(s):
         for j in range(i, s):
             if j < n:
@@ -138,7 +144,7 @@ def scale_inertia(n: int, s: int, a: Array, d: Array) -> None:
                     d[j] = size
     for j in range(n):
         if d[j] > 0.0:
-            d[j] = 0.5 / power_of_two(sqrt(d[j]))
+            d[j] = root_scale_of(d[j])
 
 
 def equilibrate(s: int, a: Array, d: Array) -> bool:
@@ -165,7 +171,7 @@ def equilibrate(s: int, a: Array, d: Array) -> bool:
                     if entry > size:
                         size = entry
                 if size > 0.0:
-                    d[i] = 0.5 / power_of_two(size)
+                    d[i] = scale_of(size)
                     if stuck:
                         d[i] = 1.0
                     stuck = False

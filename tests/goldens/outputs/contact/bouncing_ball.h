@@ -51,7 +51,7 @@ extern "C" {
 #define bouncing_ball_MULTIPLIERS 1
 #define bouncing_ball_CONSTRAINTS 2
 #define bouncing_ball_POSITIONS 1
-#define bouncing_ball_EMISSION 0x2a5c3694UL
+#define bouncing_ball_EMISSION 0x49af2369UL
 #define bouncing_ball_WORK 39
 
 typedef struct bouncing_ball_params {

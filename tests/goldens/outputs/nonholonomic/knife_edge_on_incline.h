@@ -44,7 +44,7 @@ extern "C" {
 #define knife_edge_on_incline_MULTIPLIERS 1
 #define knife_edge_on_incline_CONSTRAINTS 1
 #define knife_edge_on_incline_POSITIONS 1
-#define knife_edge_on_incline_EMISSION 0xdb1a3ddbUL
+#define knife_edge_on_incline_EMISSION 0x92da26d8UL
 #define knife_edge_on_incline_WORK 30
 
 typedef struct knife_edge_on_incline_params {

@@ -585,6 +585,14 @@ contains
     return
   end subroutine lead_velocities
 
+  !> Return the power of two that brings a positive number to between 1/2 and 1.
+  pure function scale_of(x) result(found)
+    real(wp) :: found
+    real(wp), intent(in) :: x
+    found = 0.5_wp/power_of_two(x)
+    return
+  end function scale_of
+
   !> Tell whether elimination leaves little of the inertia of a coordinate.
   !>
   !> c is overwritten. Coordinates without any inertia do not count.
@@ -633,6 +641,14 @@ contains
     found = .false.
     return
   end subroutine is_uneven
+
+  !> Return the power of two whose square brings a positive number to between 1/4 and 1.
+  pure function root_scale_of(x) result(found)
+    real(wp) :: found
+    real(wp), intent(in) :: x
+    found = scale_of(sqrt(x))
+    return
+  end function root_scale_of
 
   !> Store factors d of the n coordinates for the matrix of solve_saddle.
   !>
@@ -695,7 +711,7 @@ contains
     end do
     do j = 0, n - 1
       if (d(j + 1) > 0.0_wp) then
-        d(j + 1) = 0.5_wp/power_of_two(sqrt(d(j + 1)))
+        d(j + 1) = root_scale_of(d(j + 1))
       end if
     end do
   end subroutine scale_inertia
@@ -739,7 +755,7 @@ contains
             end if
           end do
           if (size > 0.0_wp) then
-            d(i + 1) = 0.5_wp/power_of_two(size)
+            d(i + 1) = scale_of(size)
             if (stuck) then
               d(i + 1) = 1.0_wp
             end if
@@ -850,7 +866,7 @@ contains
       end do
     end do
     if (size > 0.0_wp) then
-      unit = 0.5_wp/power_of_two(size)
+      unit = scale_of(size)
     end if
     do i = 0, s - 1
       do j = i, s - 1

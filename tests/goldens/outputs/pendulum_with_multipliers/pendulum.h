@@ -43,7 +43,7 @@ extern "C" {
 #define pendulum_MULTIPLIERS 1
 #define pendulum_CONSTRAINTS 2
 #define pendulum_POSITIONS 1
-#define pendulum_EMISSION 0x3f3e0646UL
+#define pendulum_EMISSION 0xd56abb4bUL
 #define pendulum_WORK 30
 
 typedef struct pendulum_params {

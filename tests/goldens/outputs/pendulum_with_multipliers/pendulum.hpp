@@ -259,6 +259,15 @@ bool lead_velocities(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y
     return true;
 }
 
+/// Return the power of two that brings a positive number to between 1/2 and 1.
+template <class T>
+T scale_of(T x)
+{
+    using std::abs;
+    using std::sqrt;
+    return T(0.5)/power_of_two(x);
+}
+
 /// Tell whether elimination leaves little of the inertia of a coordinate.
 ///
 /// c is overwritten. Coordinates without any inertia do not count.
@@ -296,6 +305,15 @@ bool is_uneven(std::size_t n, std::size_t s, const T* a, T* c)
         }
     }
     return false;
+}
+
+/// Return the power of two whose square brings a positive number to between 1/4 and 1.
+template <class T>
+T root_scale_of(T x)
+{
+    using std::abs;
+    using std::sqrt;
+    return scale_of(sqrt(x));
 }
 
 /// Store factors d of the n coordinates for the matrix of solve_saddle.
@@ -350,7 +368,7 @@ void scale_inertia(std::size_t n, std::size_t s, const T* a, T* d)
     }
     for (std::size_t j = 0; j < n; ++j) {
         if (d[j] > T(0.0)) {
-            d[j] = T(0.5)/power_of_two(sqrt(d[j]));
+            d[j] = root_scale_of(d[j]);
         }
     }
 }
@@ -387,7 +405,7 @@ bool equilibrate(std::size_t s, const T* a, T* d)
                     }
                 }
                 if (size > T(0.0)) {
-                    d[i] = T(0.5)/power_of_two(size);
+                    d[i] = scale_of(size);
                     if (stuck) {
                         d[i] = T(1.0);
                     }
@@ -474,7 +492,7 @@ bool solve_saddle(std::size_t n, std::size_t m, T* a, T* b, T* d, T* copy, T* de
         }
     }
     if (size > T(0.0)) {
-        unit = T(0.5)/power_of_two(size);
+        unit = scale_of(size);
     }
     for (std::size_t i = 0; i < s; ++i) {
         for (std::size_t j = i; j < s; ++j) {

@@ -194,6 +194,13 @@ function lead_velocities(n, m, t, p, y, error, change) {
 }
 
 /**
+ * Return the power of two that brings a positive number to between 1/2 and 1.
+ */
+function scale_of(x) {
+  return 0.5/power_of_two(x);
+}
+
+/**
  * Tell whether elimination leaves little of the inertia of a coordinate.
  *
  * c is overwritten. Coordinates without any inertia do not count.
@@ -228,6 +235,13 @@ function is_uneven(n, s, a, c) {
     }
   }
   return false;
+}
+
+/**
+ * Return the power of two whose square brings a positive number to between 1/4 and 1.
+ */
+function root_scale_of(x) {
+  return scale_of(Math.sqrt(x));
 }
 
 /**
@@ -280,7 +294,7 @@ function scale_inertia(n, s, a, d) {
   }
   for (let j = 0; j < n; ++j) {
     if (d[j] > 0.0) {
-      d[j] = 0.5/power_of_two(Math.sqrt(d[j]));
+      d[j] = root_scale_of(d[j]);
     }
   }
 }
@@ -315,7 +329,7 @@ function equilibrate(s, a, d) {
           }
         }
         if (size > 0.0) {
-          d[i] = 0.5/power_of_two(size);
+          d[i] = scale_of(size);
           if (stuck) {
             d[i] = 1.0;
           }
@@ -398,7 +412,7 @@ function solve_saddle(n, m, a, b, d, copy, defect) {
     }
   }
   if (size > 0.0) {
-    unit = 0.5/power_of_two(size);
+    unit = scale_of(size);
   }
   for (let i = 0; i < s; ++i) {
     for (let j = i; j < s; ++j) {

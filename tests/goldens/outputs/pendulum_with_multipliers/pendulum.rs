@@ -245,6 +245,11 @@ fn lead_velocities(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64], error:
     return true;
 }
 
+/// Return the power of two that brings a positive number to between 1/2 and 1.
+fn scale_of(x: f64) -> f64 {
+    return 0.5/power_of_two(x);
+}
+
 /// Tell whether elimination leaves little of the inertia of a coordinate.
 ///
 /// c is overwritten. Coordinates without any inertia do not count.
@@ -278,6 +283,11 @@ fn is_uneven(n: usize, s: usize, a: &[f64], c: &mut [f64]) -> bool {
         }
     }
     return false;
+}
+
+/// Return the power of two whose square brings a positive number to between 1/4 and 1.
+fn root_scale_of(x: f64) -> f64 {
+    return scale_of(math::sqrt(x));
 }
 
 /// Store factors d of the n coordinates for the matrix of solve_saddle.
@@ -328,7 +338,7 @@ fn scale_inertia(n: usize, s: usize, a: &[f64], d: &mut [f64]) {
     }
     for j in 0..n {
         if d[j] > 0.0 {
-            d[j] = 0.5/power_of_two(math::sqrt(d[j]));
+            d[j] = root_scale_of(d[j]);
         }
     }
 }
@@ -361,7 +371,7 @@ fn equilibrate(s: usize, a: &[f64], d: &mut [f64]) -> bool {
                     }
                 }
                 if size > 0.0 {
-                    d[i] = 0.5/power_of_two(size);
+                    d[i] = scale_of(size);
                     if stuck {
                         d[i] = 1.0;
                     }
@@ -440,7 +450,7 @@ fn solve_saddle(n: usize, m: usize, a: &mut [f64], b: &mut [f64], d: &mut [f64],
         }
     }
     if size > 0.0 {
-        unit = 0.5/power_of_two(size);
+        unit = scale_of(size);
     }
     for i in 0..s {
         for j in i..s {

@@ -13,10 +13,8 @@ import ast
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from lagrange_cli.emit.languages.printer import Language
-from lagrange_cli.emit.languages.signatures import NUMERIC, Signature, refused, routines_called
-from lagrange_cli.emit.template_files import filled, template
-from lagrange_cli.program.lowered.functions import EPSILON
+from lagrange_cli.emit.routines.signatures import NUMERIC, Signature, refused, routines_called
+from lagrange_cli.emit.routines.syntax import Syntax
 
 _OPERATORS: dict[type[ast.AST], str] = {
     ast.Add: " + ",
@@ -37,40 +35,12 @@ _OPERATORS: dict[type[ast.AST], str] = {
 _OR, _AND, _TEST, _SUM, _PRODUCT, _ATOM = range(6)
 
 
-def module_functions(language: Language) -> list[str]:
-    """Return the functions of a module, those that the projection onto closures calls last."""
-    projection = language.interface.projection
-    inner = () if projection is None else projection.functions
-    functions = (*language.interface.functions, *inner)
-    return ["\n".join(language.function_lines(function, text)) for function, text in functions]
-
-
-def projection_text(language: Language, folder: str, name: str, positions: str) -> str:
-    """Return the function ``project`` from its templates; nothing of scenes without closures."""
-    projection = language.interface.projection
-    if projection is None:
-        return ""
-    language.routines |= {"lead_velocities", "is_near"}
-    if projection.positions:
-        language.routines.add("lead_positions")
-    size, driven = len(language.interface.inputs), projection.driven
-    leading = template(folder, positions).rstrip() if projection.positions else ""
-    replacements = {
-        "@POSITIONS@": leading,
-        "@M@": str(projection.positions),
-        "@CLOSURES@": str(projection.closures),
-        "@INPUTS@": language.inputs_argument.format(size) if driven else "",
-        "@U@": "u, " if driven else "",
-    }
-    return filled(template(folder, name), replacements)
-
-
-def routine_texts(language: Language) -> list[str]:
+def routine_texts(language: Syntax) -> list[str]:
     """Return the routines that a language's functions call, those first that others call."""
     return [routine_text(r, language) for r in routines_called(sorted(language.routines))]
 
 
-def routine_text(routine: Signature, language: Language) -> str:
+def routine_text(routine: Signature, language: Syntax) -> str:
     """Return a routine in a language.
 
     Raises
@@ -91,7 +61,7 @@ def _positive(node: ast.expr) -> int:
 class _Writer:
     """Writes one routine."""
 
-    def __init__(self, signature: Signature, language: Language) -> None:
+    def __init__(self, signature: Signature, language: Syntax) -> None:
         self.signature = signature
         self.language = language
         #: Names that each of the blocks around a statement knows, outermost first.
@@ -120,7 +90,7 @@ class _Writer:
         while self.source[first - 1].lstrip().startswith("#"):
             first -= 1
         for line in self.source[first:last]:
-            yield f"{self.language.comment}{line.strip().lstrip('# ')}"
+            yield self.language.remark(line.strip().lstrip("# "))
 
     def _lines(self, step: ast.stmt, block: Sequence[ast.stmt]) -> list[str]:
         language = self.language
@@ -296,12 +266,10 @@ class _Writer:
         if name in self.signature.names:
             raise refused(node, "a variable outside the block that assigns it first")
         value = self.signature.constants.get(name)
-        if name == EPSILON.upper():
-            return self.language.dialect.names[EPSILON]
         if isinstance(value, int):
             return str(value)
         if isinstance(value, float):
-            return self.language.number(Fraction(value))
+            return self.language.constant(name, value)
         raise refused(node, "unknown name")
 
     def _place(self, index: ast.expr) -> str:
@@ -319,7 +287,7 @@ class _Writer:
     def _call(self, node: ast.Call, name: str, arguments: Sequence[ast.expr]) -> str:
         if name in NUMERIC:
             passed = ", ".join(map(self.text, arguments))
-            callee = self.language.functions.get(name, name)
+            callee = self.language.callee(name)
             if self.signature.kind(node) == "int":
                 callee = self.language.whole.get(name, callee)
             else:
