@@ -43,8 +43,10 @@ _SCENE = """\
     character(len=*), intent(in) :: line
     integer, intent(in) :: number
     type(parameters) :: p
-    real(real64) :: t, y(@STATES@), numbers(@PARAMETERS@), u(@INPUTS@), out(@LARGEST@)
+    real(real64) :: t, y(@STATES@), numbers(@PARAMETERS@), u(@INPUTS@)
+    real(real64), allocatable :: out(:)
     integer :: ignored(2), status
+    allocate (out(@LARGEST@))
     read (line, *) ignored, t, y, numbers, u
     p = parameters(@VALUES@)
     select case (number)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+import re
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +15,7 @@ from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.errors import InputError
 from lagrange_cli.program.lowered.functions import Solve
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
+from tests.emit.languages.c_and_python import Python
 from tests.emit.languages.cases import CASES, MORE, built
 from tests.emit.languages.cpp import Cpp
 from tests.emit.languages.drivers import executed
@@ -23,6 +27,8 @@ from tests.emit.languages.rust import Rust
 from tests.systems.shipped import APART, SCENES, SLICE, derived
 
 DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran(), Octave(), Rust(), Cpp())}
+
+ROOT = Path(__file__).parents[3]
 
 #: Largest error of a result, relative to the sum of the magnitudes that it is made of.
 TOLERANCE = 1e-13
@@ -176,3 +182,18 @@ def test_a_start_off_the_closures_is_refused(language, tmp_path):
     name = module.interface.state[0]
     with pytest.raises(AssertionError, match=r"violates the constraints; nearest: ?"):
         executed(driver.script(module, [f"{name}=0.1"]), "", module.folder)
+
+
+@pytest.mark.slow
+def test_the_page_names_errors_and_refusals(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    module = importlib.import_module("languages")
+    kinds = {"inputs": [derived("driven_spring")], "a file": [derived("seismometer")]}
+    drivers = {"python": Python(), "javascript": DRIVERS["javascript"]}
+    DRIVERS["javascript"].require()
+    heading, _, inputs, recorded, _, note = module.table(kinds, drivers)
+    assert heading == "| kind of scene | scenes | python | javascript |"
+    row = re.fullmatch(r"\| inputs \| 1 \| (\S+) \| (\S+) \|", inputs)
+    assert all(0 < float(error) < 1e-15 for error in row.groups())
+    assert re.fullmatch(r"\| a file \| 1 \| \S+ \| \[1\] \|", recorded)
+    assert note.startswith("[1] refused: inputs from a file are looked up")
