@@ -161,7 +161,7 @@ EMITTERS: dict[str, Emitter] = {
                 Option(
                     "style",
                     "the package that computes",
-                    choices=("numpy", "jax", "casadi"),
+                    choices=("numpy", "numba", "jax", "casadi"),
                     default="numpy",
                 ),
                 _JACOBIAN,

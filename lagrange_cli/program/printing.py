@@ -24,7 +24,6 @@ from lagrange_cli.program.graph.operands import (
     Sum,
     Variable,
     magnitude,
-    rebuilt,
 )
 
 #: Precedence of a sum.
@@ -150,16 +149,6 @@ def _format_term(size: Coefficient, term: Operand, dialect: Dialect) -> str:
         return _at_least(_PRODUCT, term, dialect)
     # The first factor of a product may join the coefficient without parentheses.
     return f"{dialect.number(size)}*{_at_least(_PRODUCT, term, dialect)}"
-
-
-def local_name(name: str) -> str:
-    """Rename a variable that a loop assigns, to distinguish it from the array of the workspace."""
-    return name.replace("w", "s")
-
-
-def local_text(operand: Operand, dialect: Dialect) -> str:
-    """Write an operand of a loop (see :func:`expression_text`)."""
-    return expression_text(rebuilt(operand, lambda v: Variable(local_name(v.name))), dialect)
 
 
 #: Significant digits of non-terminating decimals: enough for quadruple precision.

@@ -90,7 +90,7 @@ def check(scene, seeds=(3, 4, 5)):
         found = module.canonical(t, z)
         assert_allclose(found[:n], y[n:], rtol=1e-10, atol=1e-10 * np.abs(y).max())
         # Velocities are differences of momenta and what these are at rest.
-        rest = module.to_canonical(t, [*y[:n], *np.zeros(n)])[n:]
+        rest = module.to_canonical(t, np.array([*y[:n], *np.zeros(n)]))[n:]
         lost = max(1.0, np.abs(momenta).max() / (np.abs(momenta - rest).max() or 1.0))
         error = np.abs(found[n:] - rates)
         assert (error <= TOLERANCE * lost * sizes.max() + 1e-300).all(), error / sizes.max()
@@ -197,7 +197,7 @@ initial: {x: 0.5, dot(x): 1}
 """
     module = module_of(loads(text).derive())
     assert module.MOMENTA == ("P_x",)
-    assert_allclose(module.to_canonical(0.0, [0.5, 1.0]), [0.5, 2.0])
+    assert_allclose(module.to_canonical(0.0, np.array([0.5, 1.0])), [0.5, 2.0])
 
 
 def test_refusals():

@@ -183,7 +183,7 @@ def test_many_states_at_once():
 def test_at_rest_it_is_the_state_space_of_the_analysis():
     derivation = loads(CART).derive()
     space = derivation.analyze("linearization", at={"theta": 0}).linearization.state_space
-    found = module_of(derivation).linearization(0.0, [0, 0, 0, 0], u=lambda t, y, p: [0.0])
+    found = module_of(derivation).linearization(0.0, np.zeros(4), u=lambda t, y, p: [0.0])
     for name in "ABCD":
         assert_allclose(getattr(found, name), getattr(space, name.lower()), atol=1e-13)
 
@@ -213,7 +213,7 @@ def test_constraints_leave_the_poles_of_the_minimal_form():
 def test_regulator_from_emitted_matrices_holds_the_pendulum_up():
     """Gains of SciPy's Riccati equation for emitted A and B, put into the scene as a force."""
     module = module_of(loads(CART).derive())
-    found = module.linearization(0.0, [0, 0, 0, 0], u=lambda t, y, p: [0.0])
+    found = module.linearization(0.0, np.zeros(4), u=lambda t, y, p: [0.0])
     weights = np.diag([1.0, 10.0, 1.0, 1.0])
     (gains,) = (found.B.T @ solve_continuous_are(found.A, found.B, weights, np.eye(1))).tolist()
     states = [*module.COORDINATES, *(f"dot({name})" for name in module.COORDINATES)]

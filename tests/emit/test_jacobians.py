@@ -48,7 +48,7 @@ def module_of(derivation, **options):
 def state_near(module, seed=3):
     """A state beside the one in which the scene begins, off its closures too."""
     n = len(module.COORDINATES)
-    y = np.array(module.INITIAL or np.linspace(0.3, 0.9, 2 * n))
+    y = np.linspace(0.3, 0.9, 2 * n) if module.INITIAL is None else module.INITIAL
     moves = np.random.default_rng(seed).uniform(0.01, 0.1, 2 * n)
     return y + moves * (np.abs(y).max() or 1.0)
 

@@ -92,7 +92,7 @@ def compare(equations, style):
     reference, run = module(equations, jacobian=True), RUNS[style](module(equations, style))
     n = len(reference["COORDINATES"])
     random = np.random.default_rng(3)
-    start = np.array(reference["INITIAL"] or [0.3] * 2 * n)
+    start = np.full(2 * n, 0.3) if reference["INITIAL"] is None else reference["INITIAL"]
     t, y, p = 0.3, start + 0.03 * random.standard_normal(2 * n), reference["DEFAULTS"]
     names = [name for name in FUNCTIONS if name in reference]
     assert names == [name for name in FUNCTIONS if name in run.functions]
@@ -170,7 +170,7 @@ def test_jax_maps_states_and_differentiates_energies():
     equations = derived("four_bar_linkage")
     functions, reference = module(equations, "jax"), module(equations)
     random = np.random.default_rng(5)
-    start = np.array(reference["INITIAL"])
+    start = reference["INITIAL"]
     y = start[:, None] + 0.02 * random.standard_normal((len(start), 20))
     p = functions["DEFAULTS"]
     got = jax.jit(jax.vmap(functions["rhs"], (None, 1, None), 1))(0.0, y, p)
@@ -204,7 +204,7 @@ def test_what_a_style_cannot_say_is_refused(name, reason, style):
 @pytest.mark.parametrize("style", STYLES)
 def test_the_examples_of_the_documentation(style, monkeypatch):
     require(style)
-    shown = example(1 + STYLES.index(style), monkeypatch, style)
+    shown = example(style, monkeypatch)
     double = module(derived("double_pendulum"), jacobian=True)
     expected = double["rhs"](0.0, double["INITIAL"])
     assert np.allclose(np.array(shown["rates"])[:, 0].ravel(), expected, rtol=1e-12)

@@ -18,7 +18,7 @@ C_NAMES = sorted(path.name.removesuffix(".c.in") for path in (FOLDER / "c").iter
 PYTHON_NAMES = sorted(path.name.removesuffix(".py.in") for path in (FOLDER / "python").iterdir())
 
 #: What lies within a function of another template, which is tested with it.
-PARTS = ["project_positions", "casadi_inputs"]
+PARTS = ["project_positions", "projection_positions", "main_missing", "casadi_inputs"]
 
 STATE = "@REAL@ t, const @REAL@ *y, const @REAL@ *u, const system_params *p"
 CANONICAL = STATE.replace("*y", "*z")
@@ -172,48 +172,38 @@ def test_compilers_read_every_template_of_c(real: str, tmp_path: Path) -> None:
 
 
 PYTHON_VALUES = {
-    "@LED@": python_template("project_positions"),
-    "@MANY@": "",
-    "@INPUTS@": "",
+    "@POSITIONS@": python_template("projection_positions"),
+    "@MISSING@": python_template("main_missing"),
+    **dict.fromkeys(["@INPUTS@", "@HELD@", "@BEGIN@", "@NJIT@", "@NOTE@"], ""),
+    "@FIELDS@": "    E: np.ndarray\n",
+    "@LINES@": "    A = B = C = D = E = None",
+    "@MATRICES@": "A, B, C, D, E",
     "@AND@": ", u",
-    "@NAME@": "project",
-    "@P@": "p=DEFAULTS",
-    "@CALL@": "p",
-    "@GIVEN@": "p",
-    "@OF@": "contact_",
-    "@OWN@": "_",
-    "@FUNCTION@": "multipliers",
-    "@DOC@": "Multipliers.",
-    "@FLAGS@": "p[3:5]",
-    "@SET@": "p = [*p[:3], *map(float, flags), *map(float, targets)]",
-    "@FLIGHT@": "rhs",
-    "@FREE@": "p",
-    "@RESET@": "reset",
-    "@HELD@": "",
+    "@A@": "p=DEFAULTS, u=inputs",
+    "@P@": "p",
+    "@MODE@": ", mode=FLIGHT",
+    "@PASSED@": ", mode",
+    "@CLOSED@": "what is closed",
+    "@STEP@": "y = integrate(y, t, following, steps, p)",
+    "@INITIAL@": "INITIAL",
+    "@N@": "3",
     "@U@": "2",
     "@ROUNDS@": "12",
     "@STEPS@": "20",
+    "@ROWS@": "501",
     "@BOUNCES@": "50",
-    "@WIDEST@": "9999",
-    "@TO@": f"{STATE}, @REAL@ *work, @REAL@ *z",
-    "@FROM@": f"{CANONICAL}, @REAL@ *work, @REAL@ *y",
-    "@RATES@": f"{CANONICAL}, @REAL@ *work, @REAL@ *dzdt",
-    "@H@": f"{CANONICAL}, @REAL@ *work, @REAL@ *out",
-    "@BEHIND@": "6",
-    "@ENERGIES@": "3",
-    "@MOMENTA@": " *   p = dL/dv",
-    "@BODY@": "    for (i = 0; i < 3; ++i) {\n        out[i] = y[i];\n    }",
 }
 
 #: Those of templates in which a token has another meaning.
-PYTHON_OWN = {"script_contacts": {"@U@": ", held", "@EVENTS@": "100"}, "events": {"@P@": "p"}}
+PYTHON_OWN = {
+    "integrate": {"@U@": ", held", "@LED@": ""},
+    "integrate_contacts": {"@U@": ", held", "@EVENTS@": "100"},
+}
 
 
 @pytest.mark.parametrize("name", [name for name in PYTHON_NAMES if name not in PARTS])
 def test_python_reads_every_template_of_python(name: str) -> None:
     values = {"@EVENTS@": "events", **PYTHON_VALUES, **PYTHON_OWN.get(name, {})}
-    if name in ("gap_terms", "hit", "reset"):
-        values["@P@"] = "p"
     code = re.sub(r"@[A-Z]+@", "0.25", filled(python_template(name), values))
     assert ast.parse(code).body
 

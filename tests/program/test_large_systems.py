@@ -13,7 +13,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.emit.template_files import python_template
+from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.program import program as programs_of
@@ -259,17 +259,16 @@ def test_sparse_elimination_solves(count, seed):
 
 def eliminated(of, matrix, right):
     """The solution by the emitted solver in Python."""
-    namespace = {"np": np, "_holds": bool, "_dot": np.dot, "_product": np.matmul}
-    exec(python_template("solve_sparse"), namespace)  # a constant of the program
+    namespace = {"np": np}
+    exec(filled(python_template("solve_sparse"), {"@NJIT@": ""}), namespace)
     a, b = np.zeros(of.numbers), np.zeros(len(right))
     for i, row in enumerate(of.order):
         for j, column in enumerate(of.order[: i + 1]):
             if matrix[row, column]:
                 a[of.place(i, j)] = matrix[row, column]
     b[:] = right[list(of.order)]
-    node, rows, sources, spots = (np.array(table) for table in supernode_tables(of))
-    tables = (node.reshape(-1, 6), rows, sources.reshape(-1, 4), spots)
-    namespace["_solve_sparse"](len(right), *tables, a, b)
+    tables = (np.array(table) for table in supernode_tables(of))
+    namespace["solve_sparse"](len(right), *tables, a, b)
     found = np.empty(len(right))
     found[list(of.order)] = b
     return found

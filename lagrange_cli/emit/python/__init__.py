@@ -4,4 +4,4 @@ Equations go in; the text of a module with one function a quantity comes out, ru
 script. Read :mod:`.module` first.
 """
 
-__all__ = ["functions", "module"]
+__all__ = ["module"]

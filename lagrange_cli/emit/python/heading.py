@@ -2,157 +2,198 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
-from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
-from lagrange_cli.emit.python.constraints import contact_constants
-from lagrange_cli.emit.python.derivatives import pattern_constants
-from lagrange_cli.emit.shared_code import momentum_names
+from lagrange_cli.emit.initial_state import rates_note, residual_labels
+from lagrange_cli.emit.naming import comment_text, described, domain_note
+from lagrange_cli.emit.python.layout import WIDTH, assignment, listing
+from lagrange_cli.emit.shared_code import (
+    described_input,
+    momentum_names,
+    polynomial_rows,
+    recorded_inputs,
+)
 from lagrange_cli.program.program import Program
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-#: Rows that the script prints, and steps from one to the next.
-_ROWS = 500
-_STEPS_PER_ROW = 20
+_MANY = (
+    "y is one state, or many as the columns of an array of shape (2n, m); t and parameters are then"
+    " numbers or of shape (m,), and results have m as their last axis. NaN stands for no result."
+)
+
+#: Style → what the docstring of a module says of its functions.
+_NOTES = {
+    "numpy": [
+        f"{_MANY} SciPy: solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,), vectorized=True)."
+    ],
+    "numba": [
+        f"{_MANY} Numba compiles the functions when they are first called, and loops that call"
+        " them as well."
+    ],
+    "jax": [
+        "Numbers may be arrays of JAX, for jax.jit, jax.vmap and jax.grad. NaN, or what is not"
+        " finite, stands where there is no result. JAX computes with 32 bits unless it is told"
+        " otherwise:",
+        "",
+        '    jax.config.update("jax_enable_x64", True)',
+        "    step = jax.jit(jax.vmap(rhs, (None, 1, None), 1))",
+    ],
+    "casadi": [
+        "They take expressions of CasADi (SX). NaN, or what is not finite, stands where there is no"
+        " result. function(rhs) is the casadi.Function:",
+        "",
+        "    function(rhs)(0, INITIAL, DEFAULTS)",
+        "    function(rhs).jacobian()",
+    ],
+}
+
+_CONTACTS = (
+    "A contact, one of CONTACTS, pushes while it is closed. mode says which are: as many 0 (open)"
+    " and 1 (closed), FLIGHT if absent. Integrate with one mode until one of the numbers of events"
+    " falls through zero, say number k; find when; call reset with event=k there; go on with the"
+    " state and the mode that it returns. Begin with reset alone. The script does so."
+)
 
 
-def local_names(equations: Equations, fields: Sequence[str]) -> dict[str, str]:
-    """Map dummy name → local name of all inputs of the programs."""
-    coordinates = unique_identifiers((c.name for c in equations.system.coordinates), frozenset())
-    driven = unique_identifiers((source.name for source in equations.system.inputs), frozenset())
-    names = {f"p{i}": f"p_{field}" for i, field in enumerate(fields)}
-    for kind in "qv":
-        names |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
-    return names | {f"u{i}": f"u_{name}" for i, name in enumerate(driven)}
-
-
-def docstring(equations: Equations, notes: Sequence[str], *, projected: bool) -> str:
-    """Write what the module says of itself.
-
-    Parameters
-    ----------
-    notes
-        Lines on its functions.
-    projected
-        Whether there is a function that leads states back to the closures.
-    """
-    name = comment_text(equations.presentation.name)
-    lines = [
-        f"{name}: {comment_text(equations.presentation.title)}"
-        if equations.presentation.title
-        else name
-    ]
-    if equations.presentation.description:
-        lines += ["", comment_text(equations.presentation.description)]
+def docstring(equations: Equations, style: str) -> str:
+    """Return what the module says of itself."""
+    presentation, system = equations.presentation, equations.system
+    title = f": {presentation.title}" if presentation.title else ""
+    paragraphs = [comment_text(f"{presentation.name}{title}")]
+    if presentation.description:
+        paragraphs.append(comment_text(presentation.description))
+    driven = ""
+    if system.inputs:
+        driven = (
+            " u is a function of (t, y, p) that returns the values of INPUTS, by default those of"
+            " the scene."
+        )
+    note, *example = _NOTES[style]
+    paragraphs.append(f"{_statement(equations, style)}{driven} {note}")
+    lines = [line for paragraph in paragraphs for line in [*wrap(paragraph, WIDTH), ""]]
+    lines = [*lines[:-1], *example, ""]
+    if system.contacts:
+        lines += [*wrap(_CONTACTS, WIDTH), ""]
+    lines += [*domain_note(equations)]
     lines += [
-        "",
-        *_statement(equations, projected),
-        "the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with",
-        *notes,
-        *domain_note(equations),
-        "",
-        f"Made by lagrange {__version__} from the scene with SHA-256",
-        comment_text(equations.presentation.digest),
+        f"lagrange {__version__}, scene with SHA-256 {comment_text(presentation.digest)}",
         "This output is yours: use it as you like, under any terms.",
     ]
-    return '"""' + "\n".join(lines) + '\n"""'
+    return '"""' + "\n".join(lines) + '\n"""\n'
 
 
-def _statement(equations: Equations, projected: bool) -> list[str]:
+def _statement(equations: Equations, style: str) -> str:
+    state = "for y = [q, v], in the order of COORDINATES."
     if not equations.system.multipliers:
-        return [
-            "Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in"
-        ]
-    if equations.system.contacts:
-        return [
-            "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures and",
-            "contacts of MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of",
-            "one, so that l[k]*g[k] is the generalized force that it exerts. project leads a state",
-            "back to what is closed, to be called after each step. y holds the coordinates q in",
-        ]
-    last = [
-        "that l[k]*g[k] is the generalized force that it exerts. project leads a state back to",
-        "the closures, to be called after each step. The state y holds the coordinates q in",
-    ]
-    alone = ["that l[k]*g[k] is the force that it exerts. The state y holds the coordinates q in"]
-    return [
-        "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with the closures of",
-        "MULTIPLIERS beside them: l[k] is the multiplier and g[k] the gradient of closure k, so",
-        *(last if projected else alone),
-    ]
-
-
-def run_constants(equations: Equations) -> str:
-    """Define the run of the script."""
-    defaults = equations.system.simulate
-    until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    steps = steps_per_row(equations, _ROWS, _STEPS_PER_ROW)
-    return f"START, UNTIL, ROWS, STEPS = {defaults.start!r}, {float(until)!r}, {_ROWS}, {steps}\n"
-
-
-def constants(
-    equations: Equations, derivatives: Mapping[str, Program], *, momenta: bool = False
-) -> str:
-    """Define the names of what arrays hold, and the initial state; ``momenta``: theirs too."""
-    initial = equations.system.initial
-    state = None if initial is None else [*initial.positions, *initial.velocities]
-    return "\n".join(
-        [
-            *(f"# {described(c)}" for c in equations.system.coordinates if c.unit or c.description),
-            f"COORDINATES = {_strings([c.name for c in equations.system.coordinates])}",
-            f"CARTESIAN = {_strings([c.name for c in equations.system.cartesian_names])}",
-            f"PARAMETERS = {_strings([p.name for p in equations.system.parameters])}",
-            *([f"MOMENTA = {_strings(momentum_names(equations))}"] if momenta else []),
-            *_asked_for(equations),
-            *_closures(equations),
-            *pattern_constants(derivatives),
-            "",
-            f"INITIAL = {state!r}",
-            "",
-        ]
+        return f"Equations of motion M(q, t) a = f(q, v, t) {state}"
+    kinds = "closures and contacts" if equations.system.contacts else "closures"
+    led = (
+        " project leads a state back to what is closed, to be called after each step."
+        if style in ("numpy", "numba") and equations.system.closures
+        else ""
+    )
+    return (
+        f"Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k] {state} l[k] is a"
+        f" multiplier, in the order of MULTIPLIERS, and g[k] the gradient of one of the {kinds}, so"
+        f" that l[k]*g[k] is the generalized force that it exerts.{led}"
     )
 
 
-def _asked_for(equations: Equations) -> list[str]:
-    inputs = [source.name for source in equations.system.inputs]
-    outputs = [name for name, _ in equations.system.outputs]
-    sections = (("INPUTS", inputs), ("OUTPUTS", outputs))
-    return [f"{name} = {_strings(names)}" for name, names in sections if names]
+def constants(
+    equations: Equations, derivatives: Mapping[str, Program], *, momenta: bool, arrays: bool
+) -> str:
+    """Define the names of what arrays hold, and the initial state.
+
+    Parameters
+    ----------
+    momenta
+        Names of the momenta are among them.
+    arrays
+        The initial state is an array of NumPy, else a list.
+    """
+    system = equations.system
+    lines = [f"# {described(c)}" for c in system.coordinates if c.unit or c.description]
+    lines += _names("COORDINATES", (c.name for c in system.coordinates))
+    lines += _names("CARTESIAN", (c.name for c in system.cartesian_names))
+    lines += _names("PARAMETERS", (p.name for p in system.parameters))
+    if momenta:
+        lines += _names("MOMENTA", momentum_names(equations))
+    if system.inputs:
+        lines += _names("INPUTS", (source.name for source in system.inputs))
+    if system.outputs:
+        lines += _names("OUTPUTS", (name for name, _ in system.outputs))
+    lines += [*_closures(equations), *_patterns(derivatives)]
+    initial = system.initial
+    state = None if initial is None else repr([*initial.positions, *initial.velocities])
+    text = f"np.array({state})" if state and arrays else str(state)
+    return "\n".join([*lines, *assignment("INITIAL", text, ""), ""])
+
+
+def _names(target: str, names: Iterable[str]) -> list[str]:
+    """Define a tuple of string literals in plain ASCII."""
+    return listing(target, map(ascii, names))
 
 
 def _closures(equations: Equations) -> list[str]:
-    if not equations.system.multipliers:
+    system = equations.system
+    if not system.multipliers:
         return []
-    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in equations.system.closures]
-    return [
-        *texts,
-        *(f"# {line}" for line in rates_note(equations)),
-        f"MULTIPLIERS = {_strings(equations.system.multipliers)}",
-        f"RESIDUALS = {_strings(residual_labels(equations))}",
-        *contact_constants(equations),
-    ]
+    contacts = [contact.closure for contact in system.contacts]
+    texts = [f"# {comment_text(f'{c.name}: {c.text}')}" for c in (*system.closures, *contacts)]
+    lines = [*texts, *(f"# {line}" for line in rates_note(equations))]
+    lines += _names("MULTIPLIERS", system.multipliers)
+    lines += _names("RESIDUALS", residual_labels(equations))
+    if contacts:
+        lines += _names("CONTACTS", (contact.name for contact in system.contacts))
+        lines.append(f"FLIGHT = {(0,) * len(contacts)!r}")
+    return lines
+
+
+def _patterns(programs: Mapping[str, Program]) -> list[str]:
+    """Define where the numbers of sparse results stand in the matrix."""
+    lines: list[str] = []
+    for name, program in programs.items():
+        if program.jacobian is not None and program.jacobian.pattern is not None:
+            rows, columns = zip(*program.jacobian.pattern, strict=True)
+            constant = name.removeprefix("contact_").upper()
+            lines += listing(f"{constant}_ROWS", map(str, rows))
+            lines += listing(f"{constant}_COLUMNS", map(str, columns))
+    return lines
 
 
 def parameters_source(equations: Equations, fields: Sequence[str]) -> str:
     """Define the type of the parameters, with their values in the scene."""
-    lines = [
-        "class Parameters(NamedTuple):",
-        '    """Parameters; NaN stands for one that must be given."""',
-    ]
-    for parameter, field in zip(equations.system.parameters, fields, strict=True):
-        value = "nan" if parameter.value is None else repr(float(parameter.value))
-        line = f"    {field}: float = {value}"
-        if parameter.unit or parameter.description or parameter.name != field:
+    lines = ["class Parameters(NamedTuple):"]
+    for parameter, name in zip(equations.system.parameters, fields, strict=True):
+        line = f"    {name}: float = {_value(parameter.value)}"
+        if parameter.unit or parameter.description or parameter.name != name:
             line += f"  # {described(parameter)}"
         lines.append(line)
-    return "\n".join([*lines, "", "", "DEFAULTS = Parameters()", ""])
+    return "\n".join(
+        [*lines, *([] if fields else ["    pass"]), "", "", "DEFAULTS = Parameters()", ""]
+    )
 
 
-def _strings(texts: Sequence[str]) -> str:
-    """Return a tuple of string literals in plain ASCII."""
-    return ascii(tuple(texts))
+def _value(value: float | None) -> str:
+    return 'float("nan")' if value is None else repr(float(value))
+
+
+def recordings(equations: Equations) -> str:
+    """Define the recorded inputs; empty where there are none."""
+    tables = recorded_inputs(equations)
+    if not tables:
+        return ""
+    lines = ["# Number of the input, end, and rows: a start, coefficients from the lowest."]
+    lines.append("RECORDED = [")
+    for number, pieces in tables:
+        end = repr(pieces.end).replace("inf", 'float("inf")')
+        lines.append(f"    # {comment_text(described_input(equations, number))}")
+        lines.append(f"    ({number}, {end}, [")
+        lines += [f"        {row}," for row in polynomial_rows(pieces)]
+        lines.append("    ]),")
+    return "\n".join([*lines, "]", ""])

@@ -1,180 +1,97 @@
 """Python: one module that needs NumPy alone and runs as a script.
 
-Scene names appear as mangled identifiers, scene text only in comments and
-string literals that ``ascii`` wrote.
+Scene names appear as identifiers, scene text only in comments and string literals that ``ascii``
+wrote. Functions are lowered programs (:mod:`lagrange_cli.emit.python.body` prints them); what leads
+from one to the next (projection, events, the script) are templates.
 """
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.naming import (
-    PYTHON_MODULES,
-    PYTHON_RESERVED,
-    comment_text,
-    file_stem,
-    unique_identifiers,
+from lagrange_cli.emit.naming import PYTHON_MODULES, comment_text, file_stem
+from lagrange_cli.emit.python.body import function_text
+from lagrange_cli.emit.python.heading import constants, docstring, parameters_source, recordings
+from lagrange_cli.emit.python.interface import (
+    canonical_source,
+    contacts_source,
+    linearization_source,
+    projection_source,
+    recorded_source,
+    script_source,
 )
-from lagrange_cli.emit.python.constraints import (
-    CONTACT_NOTES,
-    contact_script,
-    helper_source,
-    interface_source,
-    project_source,
-)
-from lagrange_cli.emit.python.derivatives import linearization_source
-from lagrange_cli.emit.python.functions import (
-    FUNCTIONS_OF_STATE,
-    function_source,
-    prelude,
-    shared_sources,
-    sharing,
-    words_in,
-)
-from lagrange_cli.emit.python.heading import (
-    constants,
-    docstring,
-    local_names,
-    parameters_source,
-    run_constants,
-)
-from lagrange_cli.emit.python.loops import index_tables_source
-from lagrange_cli.emit.python.statements import DOUBLE_ROUNDING
-from lagrange_cli.emit.python.styles import ARRAYS, array_functions
-from lagrange_cli.emit.python.traced import traced_module
-from lagrange_cli.emit.shared_code import (
-    RECORDED_ROUNDING,
-    described_input,
-    polynomial_rows,
-    programs_of_momenta,
-    recorded_inputs,
-)
+from lagrange_cli.emit.python.layout import Signature, Tables
+from lagrange_cli.emit.python.names import SceneNames, scene_names
+from lagrange_cli.emit.python.traced import refuse_branches, refuse_further, traced_text
+from lagrange_cli.emit.python.vocabulary import VOCABULARIES, Vocabulary
+from lagrange_cli.emit.shared_code import programs_of_momenta
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.emitted_functions import (
+    CANONICAL_PARTS,
     INTERNAL_FUNCTIONS,
+    SLOPES,
     constraint_programs,
     contact_programs,
     derivative_programs,
     program_of,
 )
-from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
+from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.program import Program, optional_outputs
+from lagrange_cli.program.solvers.blocks import LARGEST_UNROLLED
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
-#: What the docstring of a module says.
-ARRAY_NOTES = [
-    "",
-    "y may hold many states, as the columns of an array of shape (2n, m); t and each parameter",
-    "are then numbers or arrays of shape (m,). Results have the shape that they have for one",
-    "state, with m behind it, and NaN for states without a result. With SciPy, vectorized=True.",
-]
-
-#: Name in functions of numbers → what stands there for arrays.
-_OF_ARRAYS = {
-    **{
-        f"_{name}" if name in ("sign", "min", "max") else name: text
-        for name, text in array_functions("np").items()
-        if name != "abs"
-    },
-    "array": "_stacked",
-    "_AXES": "2",
-    "_undefined": "_irregular",
-    "_holds": "np.all",
-    "_number": "np.asarray",
-    "_numbers": "np.asarray",
-    "_shaped": "lambda a, *shape: a.reshape(*shape, -1)",
-    "_dot": 'partial(np.einsum, "i...,i...->...")',
-    "_product": 'partial(np.einsum, "kai,ibk->abk")',
-    "_solve_saddle": "_solve_saddles",
-}
-
-#: States that are faster one by one than by functions of NumPy: a number for a state costs some 30
-#: ns, an operation of NumPy some µs.
-_FEW = 16
-
-
-def arrays_source(words: set[str], programs: Mapping[str, Program]) -> list[str]:
-    """Return definitions of what evaluates a function for many states.
-
-    Parameters
-    ----------
-    words
-        The names in the rest of the module.
-    programs
-        The programs of its functions. Where one has loops, its functions of one state are
-        NumPy's too, and a few states are faster together as well.
-    """
-    few_states = 1 if any(program.parts for program in programs.values()) else _FEW
-    rows = [f'    "{name}": {text},' for name, text in _OF_ARRAYS.items() if name in words]
-    table = "\n".join(["_OF_ARRAYS = {", *rows, "}", ""])
-    return [
-        "#: Axes of y for one state; more are states beside each other.\n_AXES = 1\n",
-        *([helper_source("solve_saddles")] if "_solve_saddle" in words else []),
-        python_template("arrays").replace("@FEW@", str(few_states)),
-        f"#: Names of functions of numbers, and what they are for arrays.\n{table}",
-    ]
-
-
-def python_recorded(equations: Equations) -> list[str]:
-    """The recordings of the inputs, and the function ``recorded``; nothing where there are none."""
-    recordings = recorded_inputs(equations)
-    if not recordings:
-        return []
-    lines = ["#: Number of the input, end, and rows: a start, coefficients from the lowest."]
-    lines.append("RECORDED = [")
-    for number, pieces in recordings:
-        end = "inf" if math.isinf(pieces.end) else repr(pieces.end)
-        lines += [
-            f"    # {comment_text(described_input(equations, number))}",
-            f"    ({number}, {end}, [",
-        ]
-        lines += [f"        {row}," for row in polynomial_rows(pieces)]
-        lines.append("    ]),")
-    return [
-        "\n".join([*lines, "]", ""]),
-        python_template("recorded").replace("@ROUNDING@", repr(RECORDED_ROUNDING)),
-    ]
-
-
-#: Lines of the script: where a step begins, after which a state is led back to the closures,
-#: and where the run begins.
-_SLOPE = "        k1 = rhs(s, y, p)\n"
-_STEP = "        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)\n"
-_START = "    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))\n"
-_CHECKED = """\
-    y, wrong = start(y, run["until"], p)
-    if wrong:
-        return wrong
-"""
-_MAIN = "def main(arguments):\n"
-
-
-_SINGULAR = "{t}: the mass matrix is singular or a result not finite"
-_SINGULAR_CLOSED = "{t}: a singular configuration or a result not finite"
-
-#: What stands where a step begins, with recordings: no step sees two pieces of them.
-_HELD = """\
-        of = partial(recorded, at=s + h / 2)
-        held = partial(inputs, u=of)
-"""
+#: Functions that every module has.
+FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
 #: Options that ask for further functions.
 _FURTHER = ("jacobian", "linearization", "canonical")
 
-#: The end of that sentence.
-_NOT_FINITE = "or a result not finite"
+#: Functions that take flags of contacts, and those that take targets too.
+_FLAGGED = frozenset({"gaps", "gap_terms"})
 
-#: The end of another one where there are inputs.
-_DRIVEN = [
-    "domain error, overflow). After p it takes u, a function of (t, y, p) that returns the",
-    "values of INPUTS; without it they are those of the scene. With SciPy:",
-]
+#: Helpers of functions, by the names of their templates.
+_SOLVERS = {
+    "solve": {"numpy": "solve", "numba": "solve_numba", "jax": "solve_jax"},
+    "solve_definite": {"casadi": "solve_definite_casadi"},
+    "solve_banded": {"numpy": "solve_banded", "numba": "solve_banded"},
+    "solve_sparse": {"numpy": "solve_sparse", "numba": "solve_sparse"},
+}
+
+_DOCS = {
+    "rhs": "State derivative [v, a].",
+    "flight": "State derivative while all contacts are open.",
+    "mass_matrix": "Mass matrix M(q, t) of M a = f, n by n.",
+    "forcing": "Forcing f(q, v, t) of M a = f.",
+    "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
+    "positions": "Cartesian names, in the order of CARTESIAN.",
+    "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
+    "inputs": "Inputs as the scene has them at time t, in the order of INPUTS.",
+    "outputs": "Outputs, in the order of OUTPUTS.",
+    "multipliers": "Multipliers, in the order of MULTIPLIERS.",
+    "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
+    "position_error": "Closures of positions, then the magnitudes behind them.",
+    "position_reach": "Squares of the gradients of closures of positions, over the masses.",
+    "position_change": "Change of q that makes the linearized closures vanish.",
+    "velocity_error": "Rates of the closures, then the magnitudes behind them.",
+    "velocity_change": "Change of v that makes the rates of the closures vanish.",
+    "gaps": "Gaps of all contacts, then the magnitudes behind them.",
+    "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
+    "impulse": "Change of v that changes the rates of closed contacts by the targets.",
+    "jacobian": "Derivatives of the accelerations by q, then by v, n by 2n.",
+    "jacobian_u": "Derivatives of the accelerations by the inputs, in the order of INPUTS.",
+    "jacobian_p": "Derivatives of the accelerations by the parameters, in their order.",
+    "output_jacobian": "Derivatives of the outputs by q, then by v.",
+    "output_jacobian_u": "Derivatives of the outputs by the inputs.",
+    "constraint_jacobian": "Derivatives of what constraints gives by q, then by v.",
+    "momenta": "Momenta dL/dv.",
+    "legendre": "Velocities of momenta, which stand in their places.",
+    "momentum_rates": "Rates of the momenta at a state.",
+}
 
 
 def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
@@ -187,161 +104,154 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     InputError
         A constant is outside the range of a double, or the style cannot hold the scene.
     """
-    if options["style"] != "numpy":
-        asked = [name for name in _FURTHER if options[name]]
-        text = traced_module(equations, str(options["style"]), asked)
-        return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
-    fields = unique_identifiers((p.name for p in equations.system.parameters), PYTHON_RESERVED)
-    tables = python_recorded(equations)
-    derivatives = derivative_programs(
-        equations, jacobian=bool(options["jacobian"]), linearization=bool(options["linearization"])
-    )
-    canonical = bool(options["canonical"] and equations.system.coordinates)
-    derivatives |= programs_of_momenta(equations) if canonical else {}
-    programs, functions = _functions(equations, fields, bool(tables), derivatives)
-    if options["linearization"]:
-        functions += linearization_source(equations, derivatives, _arguments(equations))
-    if canonical:
-        functions.append(_canonical(equations))
-    parameters = parameters_source(equations, fields)
-    script = _script(equations)
-    text = "\n".join([parameters, *functions, *tables, script])
-    arrays = arrays_source(words_in("\n".join([text, *prelude(text)[1]])), programs)
-    imports, helpers = prelude("\n".join([text, *arrays]))
-    parts = [
-        docstring(equations, _notes(equations), projected=True),
-        _imports(imports, "\n".join([text, *arrays])),
-        *helpers,
-        *filter(None, [index_tables_source(programs.values())]),
-        constants(equations, derivatives, momenta=canonical) + run_constants(equations),
-        parameters,
-        *arrays,
-        *tables,
-        *functions,
-        script,
-    ]
-    return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": "\n\n".join(parts)}
+    text = _Module(equations, options).text()
+    return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
 
 
-def _canonical(equations: Equations) -> str:
-    """Define the functions of [q, p]."""
-    arguments = _arguments(equations)
-    replacements = {
-        "@PASSED@": "p, u" if equations.system.inputs else "p",
-        "@P@": arguments,
-        "@N@": str(len(equations.system.coordinates)),
-    }
-    return filled(python_template("canonical"), replacements)
+class _Module:
+    """Parts of a module in their order."""
 
+    def __init__(self, equations: Equations, options: Mapping[str, str | bool]) -> None:
+        self.equations = equations
+        self.options = options
+        self.style = str(options["style"])
+        self.traced = self.style in ("jax", "casadi")
+        if self.traced:
+            refuse_further(self.style, [name for name in _FURTHER if options[name]])
+            refuse_branches(self.style, equations, loops=False)
+        self.vocabulary: Vocabulary = VOCABULARIES[self.style]
+        self.names: SceneNames = scene_names(equations)
+        self.tables = Tables()
+        self.driven = bool(equations.system.inputs)
+        self.canonical = bool(options["canonical"] and equations.system.coordinates)
+        self.derivatives = derivative_programs(
+            equations,
+            jacobian=bool(options["jacobian"]),
+            linearization=bool(options["linearization"]),
+        )
+        self.programs = self._programs()
+        #: Arguments of the functions of the interface behind t and y.
+        self.arguments = "p=DEFAULTS" + (", u=inputs" if self.driven else "")
 
-def _notes(equations: Equations) -> list[str]:
-    """Return the lines of the module's docstring on its functions."""
-    singular = "configuration" if equations.system.multipliers else "mass matrix"
-    return [
-        f"p a Parameters, and returns NaN where there is no result (a singular {singular}, a",
-        *(_DRIVEN if equations.system.inputs else ["domain error, overflow). With SciPy:"]),
-        "",
-        "    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))",
-        *ARRAY_NOTES,
-        *(CONTACT_NOTES if equations.system.contacts else []),
-    ]
+    def _programs(self) -> dict[str, Program]:
+        """Build the programs by function; what stands as a default comes first."""
+        equations = self.equations
+        wanted = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
+        names = sorted(wanted, key="inputs".__ne__)
+        programs = {name: program_of(equations, name) for name in names}
+        if equations.system.contacts:
+            flight = {"flight_rhs" if name == "rhs" else name: programs[name] for name in names}
+            return flight | contact_programs(with_contact_flags(equations)) | self.derivatives
+        further = constraint_programs(equations, programs["rhs"])
+        if self.traced:
+            further = {k: further[k] for k in further if k not in INTERNAL_FUNCTIONS}
+            loops = any(program.parts for program in (*programs.values(), *further.values()))
+            refuse_branches(self.style, equations, loops=loops)
+        momenta = programs_of_momenta(equations) if self.canonical else {}
+        return programs | further | dict(self.derivatives) | momenta
 
+    def text(self) -> str:
+        """Return the whole module."""
+        equations = self.equations
+        functions = [self._function(name) for name in self.programs]
+        body = [*functions, *self._around()]
+        recorded = [] if self.traced else [recordings(equations)]
+        recorded += [recorded_source()] if recorded and recorded[0] else []
+        words = set(re.findall(r"\w+", "\n".join([*body, *recorded])))
+        head = [docstring(equations, self.style) + "\n" + self._imports(words)]
+        head[0] += "\n" + constants(
+            equations, self.derivatives, momenta=self.canonical, arrays=not self.traced
+        )
+        parts = [
+            *head,
+            parameters_source(equations, self.names.fields),
+            self.tables.source(),
+            *recorded,
+            *self._solvers(words),
+            *body,
+        ]
+        return "\n\n".join(filter(None, parts))
 
-def _imports(of_math: Sequence[str], text: str) -> str:
-    """Import what a module needs."""
-    words = words_in(text)
-    partial = ", partial" if "partial" in words else ""
-    lines = [
-        "import sys",
-        *(["from bisect import bisect_right"] if "bisect_right" in words else []),
-        f"from functools import cache{partial}",
-        *of_math,
-        "from types import FunctionType",
-        "from typing import NamedTuple",
-        "",
-        "import numpy as np",
-        "from numpy import array, asarray",
-        "",
-    ]
-    return "\n".join(lines)
+    def _imports(self, words: set[str]) -> str:
+        plain = [] if self.traced else ["import sys"]
+        plain += ["from bisect import bisect_right"] if "bisect_right" in words else []
+        plain += ["from functools import partial"] if "partial" in words else []
+        lines = [*plain, "from typing import NamedTuple", "", *self.vocabulary.imports, ""]
+        return "\n".join(lines)
 
+    def _solvers(self, words: set[str]) -> list[str]:
+        decorator = f"{self.vocabulary.decorator}\n" if self.vocabulary.decorator else ""
+        return [
+            filled(python_template(templates[self.style]), {"@NJIT@": decorator})
+            for name, templates in _SOLVERS.items()
+            if name in words and self.style in templates
+        ]
 
-def _arguments(equations: Equations) -> str:
-    """Return parameters of the functions of the interface behind t and y, with their defaults."""
-    return "p=DEFAULTS" + (", u=inputs" if equations.system.inputs else "")
+    def _function(self, name: str) -> str:
+        function, signature = lowered(self.programs[name], name), self._signature(name)
+        if self.traced:
+            return traced_text(function, signature, self.names, self.vocabulary)
+        return function_text(function, signature, self.names, self.vocabulary, self.tables)
 
+    def _signature(self, name: str) -> Signature:
+        """Choose name, arguments and documentation of a function."""
+        flagged = name.startswith("contact_") or name == "impulse"
+        plain = name.removeprefix("contact_")
+        inner = plain in INTERNAL_FUNCTIONS | CANONICAL_PARTS | _FLAGGED or name in SLOPES
+        inner = inner or name == "impulse"
+        arguments = self.arguments
+        if name == "inputs":
+            is_recorded = any(u.recording is not None for u in self.equations.system.inputs)
+            arguments = "p=DEFAULTS" + (", u=recorded" if is_recorded else "")
+        elif plain in INTERNAL_FUNCTIONS and name != "flight_rhs":
+            arguments = "p"
+        elif inner or name == "flight_rhs":
+            arguments = "p, u" if self.driven else "p"
+        if flagged:
+            arguments += ", mode" if inner else ", mode=FLIGHT"
+        if name == "impulse":
+            arguments += ", targets"
+        if name == "flight_rhs":
+            return Signature("flight", arguments, _DOCS["flight"], (), self._shown())
+        opening: tuple[str, ...] = ()
+        if name == "contact_rhs":
+            passed = "p, u" if self.driven else "p"
+            opening = ("if not any(mode):", f"    return flight(t, y, {passed})")
+        shown = self._shown() if name == "rhs" else ()
+        label = f"_{plain}" if inner else plain
+        return Signature(label, arguments, _DOCS[plain], opening, shown)
 
-def _sources(
-    programs: Mapping[str, Program],
-    names: Mapping[str, str],
-    parameter: Callable[[str], str],
-    sequences: Sequence[tuple[str, int]] = (),
-) -> Iterator[str]:
-    """Write the functions of programs; ``parameter`` gives the last arguments of one by name."""
-    shared = {f"{prefix}rhs": prefix for prefix in sharing(programs)}
-    written = {f"{prefix}multipliers" for prefix in shared.values()}
-    for name, program in programs.items():
-        if name in shared:
-            prefix = shared[name]
-            yield from shared_sources(prefix, program, names, parameter(name), sequences, ARRAYS)
-        elif name not in written:
-            yield function_source(program, name, names, parameter(name), sequences, ARRAYS)
+    def _shown(self) -> tuple[str, ...]:
+        """Return the equations of motion as comments, where they are short."""
+        if len(self.equations.system.coordinates) > LARGEST_UNROLLED:
+            return ()
+        # Here and not above: simulation prints programs too, and no expressions.
+        from lagrange_cli.notation.scene_language import to_scene_language
 
+        texts = []
+        for equation in self.equations.derivation.shown:
+            text = comment_text(to_scene_language(equation.residual, self.equations))
+            texts.append(f"{comment_text(equation.coordinate)}: {text} = 0")
+        return tuple(text for text in texts if len(text) <= 92)
 
-def _functions(
-    equations: Equations,
-    fields: Sequence[str],
-    recorded: bool,
-    derivatives: Mapping[str, Program],
-) -> tuple[dict[str, Program], list[str]]:
-    """Programs of the functions, and the definitions of all functions."""
-    names = local_names(equations, fields)
-    passed = "p, u" if equations.system.inputs else "p"
-    arguments = _arguments(equations)
-    interface = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
-    # What stands as a default is defined first.
-    programs = {
-        name: program_of(equations, name) for name in sorted(interface, key="inputs".__ne__)
-    }
-    contact_functions = contact_programs(with_contact_flags(equations))
-    if contact_functions:
-        programs["flight_rhs"] = programs.pop("rhs")
-        flagged = {name: d for name, d in derivatives.items() if name.startswith("contact_")}
-        contact_functions |= flagged
-        programs |= {name: d for name, d in derivatives.items() if name not in flagged}
-    else:
-        programs |= constraint_programs(equations, programs["rhs"]) | dict(derivatives)
-    texts = {
-        **dict.fromkeys(INTERNAL_FUNCTIONS, "p"),
-        "inputs": "p=DEFAULTS" + (", u=recorded" if recorded else ""),
-        "flight_rhs": passed,
-    }
-    split = (("p", len(fields)), ("contact", 2 * len(equations.system.contacts)))
-    return programs, [
-        *_sources(programs, names, lambda name: texts.get(name, arguments)),
-        *_sources(contact_functions, names, lambda n: f"{texts.get(n, passed)}, contact", split),
-        *filter(None, [project_source(programs, "p=DEFAULTS", style=ARRAYS)]),
-        *interface_source(contact_functions, arguments),
-    ]
-
-
-def _script(equations: Equations) -> str:
-    """Write the script of the module; states are led back to the closures where there are any."""
-    text = python_template("script")
-    recorded = any(source.recording is not None for source in equations.system.inputs)
-    if recorded:
-        text = text.replace(_NOT_FINITE, f"{_NOT_FINITE}, or a recording ends")
-        text = text.replace(_SLOPE, f"{_HELD}{_SLOPE}")
-        text = re.sub(r"(k[1-4] = rhs\(.*), p\)", r"\1, p, held)", text)
-    if equations.system.closures:
-        text = text.replace(_STEP, f"{_STEP}        y = project(s + h, y, p)\n")
-        text = text.replace(_START, f"{_START}{_CHECKED}")
-        start = python_template("start").replace("@TOLERANCE@", repr(START_TOLERANCE))
-        start = start.replace("@ROUNDING@", repr(64 * float(DOUBLE_ROUNDING)))
-        text = text.replace(_MAIN, f"{start}\n\n{_MAIN}")
-        text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
-    if equations.system.contacts:
-        held_inputs = _HELD.replace("        ", "    ").replace("=s +", "=t +") if recorded else ""
-        text = contact_script(text, held_inputs, float(DOUBLE_ROUNDING))
-        text = text.replace(_SINGULAR, _SINGULAR_CLOSED)
-    return text
+    def _around(self) -> list[str]:
+        """Return the functions that call those of programs, and the script."""
+        equations = self.equations
+        if self.style == "casadi":
+            inputs = python_template("casadi_inputs") if self.driven else ""
+            values = {"@INPUTS@": inputs, "@AND@": ", u" if self.driven else ""}
+            return [filled(python_template("casadi_function"), values)]
+        if self.traced:
+            return []
+        linear = self.options["linearization"] and equations.system.coordinates
+        return [
+            *(
+                [linearization_source(equations, self.derivatives, self.arguments)]
+                if linear
+                else []
+            ),
+            *([canonical_source(equations, self.arguments)] if self.canonical else []),
+            projection_source(equations, self.programs),
+            contacts_source(equations, self.arguments),
+            script_source(equations, self.vocabulary.decorator),
+        ]

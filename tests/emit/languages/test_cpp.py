@@ -138,5 +138,5 @@ def test_the_page_shows_a_program(tmp_path):
     printed = executed([tmp_path / "main"], "", tmp_path)
     e = derived("bead_on_parabola")
     module = imported(e, tmp_path)
-    expected = module.rhs(0.0, [1.0, 0.0], module.DEFAULTS._replace(a=0.25))[1]
+    expected = module.rhs(0.0, np.array([1.0, 0.0]), module.DEFAULTS._replace(a=0.25))[1]
     assert printed == f"{expected:.6f}\n"

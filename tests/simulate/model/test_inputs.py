@@ -164,11 +164,13 @@ def emitted(equations):
 def test_emitted_python(cart):
     module = emitted(cart)
     assert module.INPUTS == ("u", "f")
-    assert module.inputs(0.5, [1.0, 0.0]) == pytest.approx([2 * math.sin(1.5), 2.5])
-    assert module.rhs(0.5, [1.0, 3.0])[1] == pytest.approx(4 * (2 * math.sin(1.5) - 1) + 2.5)
-    own = module.rhs(0.5, [1.0, 3.0], u=lambda t, y, p: (t, -y[1]))
+    assert module.inputs(0.5, np.array([1.0, 0.0])) == pytest.approx([2 * math.sin(1.5), 2.5])
+    assert module.rhs(0.5, np.array([1.0, 3.0]))[1] == pytest.approx(
+        4 * (2 * math.sin(1.5) - 1) + 2.5
+    )
+    own = module.rhs(0.5, np.array([1.0, 3.0]), u=lambda t, y, p: (t, -y[1]))
     assert own == pytest.approx([3.0, 4 * (0.5 - 1) - 3.0])
-    assert np.isnan(module.rhs(0.0, [1.0, 0.0], u=lambda t, y, p: (math.nan, 0))[1])
+    assert np.isnan(module.rhs(0.0, np.array([1.0, 0.0]), u=lambda t, y, p: (math.nan, 0))[1])
 
 
 class Library:

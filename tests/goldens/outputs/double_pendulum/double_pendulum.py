@@ -1,59 +1,32 @@
 """double_pendulum: Double pendulum
 
-Two point masses on massless rods, the second hung from the first, in a vertical plane. Both angles are taken from the downward vertical. Chaotic at large amplitudes. L. D. Landau and E. M. Lifshitz, Mechanics (3rd ed., 1976), section 5, problem 1.
+Two point masses on massless rods, the second hung from the first, in a vertical plane. Both angles
+are taken from the downward vertical. Chaotic at large amplitudes. L. D. Landau and E. M. Lifshitz,
+Mechanics (3rd ed., 1976), section 5, problem 1.
 
-Equations of motion M(q, t) a = f(q, v, t). The state y holds the coordinates q in
-the order of COORDINATES, then their velocities v. Every function takes (t, y, p) with
-p a Parameters, and returns NaN where there is no result (a singular mass matrix, a
-domain error, overflow). With SciPy:
+Equations of motion M(q, t) a = f(q, v, t) for y = [q, v], in the order of COORDINATES. y is one
+state, or many as the columns of an array of shape (2n, m); t and parameters are then numbers or of
+shape (m,), and results have m as their last axis. NaN stands for no result. SciPy: solve_ivp(rhs,
+(0, 10), INITIAL, args=(DEFAULTS,), vectorized=True).
 
-    solve_ivp(rhs, (0, 10), INITIAL, args=(DEFAULTS,))
-
-y may hold many states, as the columns of an array of shape (2n, m); t and each parameter
-are then numbers or arrays of shape (m,). Results have the shape that they have for one
-state, with m behind it, and NaN for states without a result. With SciPy, vectorized=True.
-
-Made by lagrange VERSION from the scene with SHA-256
-608b30109126f091f647f3cf513a931dabd5513f457625dc33716b33ba5af17b
+lagrange VERSION, scene with SHA-256 608b30109126f091f647f3cf513a931dabd5513f457625dc33716b33ba5af17b
 This output is yours: use it as you like, under any terms.
 """
 
 import sys
-from functools import cache
-from math import cos, nan, sin
-from types import FunctionType
 from typing import NamedTuple
 
 import numpy as np
-from numpy import array, asarray
-
-
-# What is done otherwise with arrays of states.
-_holds = bool
-_number = float
-_numbers = np.ndarray.tolist
-_shaped = np.ndarray.reshape
-
-
-def _undefined(shape, *given):
-    """What a function returns where it has no result."""
-    if any(map(np.ndim, given)):
-        raise ValueError("t and the parameters are numbers where y is one state")
-    return np.full(shape, nan)
-
 
 # theta1 [rad]: angle of the upper rod from the downward vertical
 # theta2 [rad]: angle of the lower rod from the downward vertical
 COORDINATES = ('theta1', 'theta2')
 CARTESIAN = ('x1', 'y1', 'z1', 'x2', 'y2', 'z2')
 PARAMETERS = ('m1', 'm2', 'l1', 'l2', 'g')
-
-INITIAL = [1.5, 2.0, 0.0, 0.0]
-START, UNTIL, ROWS, STEPS = 0.0, 10.0, 500, 20
+INITIAL = np.array([1.5, 2.0, 0.0, 0.0])
 
 
 class Parameters(NamedTuple):
-    """Parameters; NaN stands for one that must be given."""
     m1: float = 1.0  # m1 [kg]: mass of the upper bob
     m2: float = 1.0  # m2 [kg]: mass of the lower bob
     l1: float = 1.0  # l1 [m]: length of the upper rod
@@ -64,251 +37,120 @@ class Parameters(NamedTuple):
 DEFAULTS = Parameters()
 
 
-#: Axes of y for one state; more are states beside each other.
-_AXES = 1
-
-
-def _of_many(function, t, y, p, *others, few=16):
-    """What a function gives at the states in the columns of y, with these as its last axis; t and
-    the parameters are numbers, or have one for each state.
-    """
-    if y.ndim != 2 or len(y) != 2 * len(COORDINATES):
-        n = 2 * len(COORDINATES)
-        raise ValueError(f"y has the shape {y.shape}, not ({n},) or ({n}, m)")
-    m = y.shape[1]
-    t, *p = [np.asarray(value, float) for value in (t, *p)]
-    for name, value in zip(("t", *PARAMETERS), (t, *p)):
-        if value.shape not in ((), (m,)):
-            raise ValueError(f"{name} has the shape {value.shape}, not () or ({m},)")
-    if not m:
-        alone = function(0.0, np.full(len(y), nan), DEFAULTS, *others)
-        return np.empty((*np.shape(alone), 0))
-    return _evaluated(function, t, y, p, others, few)
-
-
-def _evaluated(function, t, y, p, others, few):
-    """The same by functions of NumPy. Where something goes wrong there, states are halved and the
-    last few taken one by one: so NaN stays with the state that has no result.
-    """
-    m = y.shape[1]
-    finite = np.isfinite(y).all(axis=0)
-    if m <= few:
-        return np.stack([_at(k, function, t, y, p, others) for k in range(m)], axis=-1)
-    if finite.all():
-        try:
-            with np.errstate(all="raise", under="ignore"):
-                out = _at(..., _array_functions()[function.__name__], t, y, p, others)
-            return np.array(np.broadcast_to(out, (*out.shape[:-1], m)))
-        except (ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
-            pass
-    half = np.arange(m) < m // 2 if finite.all() or not finite.any() else finite
-    for part in (half, ~half):
-        values = (value[part] if value.ndim else value for value in (t, *p))
-        found = _evaluated(function, next(values), y[:, part], list(values), others, few)
-        if part is half:
-            out = np.empty((*found.shape[:-1], m))
-        out[..., part] = found
-    return out
-
-
-def _at(k, function, t, y, p, others):
-    """What a function gives at state number k, or at all (...)."""
-    t, *p = [value[k] if value.ndim else value for value in (t, *p)]
-    t, *p = [float(value) if not np.ndim(value) else value for value in (t, *p)]
-    return function(t, y[:, k], Parameters(*p), *others)
-
-
-def _stacked(values, _):
-    """The array of what is given, numbers or one for each state, with these as its last axis."""
-    out = np.empty((len(values), max(map(np.size, values), default=1)))
-    for row, value in zip(out, values):
-        row[:] = value
-    return out
-
-
-def _irregular(shape, *_):
-    """Where a function has no result: at some of the states."""
-    raise ArithmeticError("no result at some state")
-
-
-@cache
-def _array_functions():
-    """The functions of this module with those of NumPy in place of those of numbers."""
-    names = {**globals(), **_OF_ARRAYS}
-    for name, function in globals().items():
-        if getattr(function, "__globals__", None) is globals() and name not in _OF_ARRAYS:
-            code, given = function.__code__.replace(), function.__defaults__
-            names[name] = FunctionType(code, names, name, given, function.__closure__)
-    return names
-
-
-#: Names of functions of numbers, and what they are for arrays.
-_OF_ARRAYS = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "array": _stacked,
-    "_AXES": 2,
-    "_undefined": _irregular,
-    "_holds": np.all,
-    "_number": np.asarray,
-    "_numbers": np.asarray,
-    "_shaped": lambda a, *shape: a.reshape(*shape, -1),
-}
-
-
 def rhs(t, y, p=DEFAULTS):
-    """State derivative [v, a] at time t; all NaN where it does not exist."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(rhs, t, y, p)
-    try:
-        p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
-        w0 = q_theta1 - q_theta2
-        w1 = sin(w0)
-        w2 = p_m2*w1
-        w3 = p_l1*cos(w0)
-        w4 = v_theta1*v_theta1
-        w5 = p_l1*(p_m1 + w1*w2)
-        w6 = (
-            (p_m1*p_g*sin(q_theta1) + w2*(p_g*cos(q_theta2) + p_l2*v_theta2*v_theta2 +
-            w3*w4))/w5
-        )
-        regular = (p_m2*p_l2*p_l2 > 0.0) & (p_l1*w5 > 0.0)
-        if not _holds(regular):
-            return _undefined(4, t, *p)
-        return array([v_theta1, v_theta2, -w6, -((p_g*sin(q_theta2) - p_l1*w1*w4) - w6*w3)/p_l2], float)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _undefined(4, t, *p)
+    """State derivative [v, a]."""
+    m1, m2, l1, l2, g = p
+    theta1, theta2, theta1_dot, theta2_dot = y
+    w0 = theta1 - theta2
+    w1 = np.sin(w0)
+    w2 = m2*w1
+    w3 = l1*np.cos(w0)
+    w4 = theta1_dot*theta1_dot
+    w5 = l1*(m1 + w1*w2)
+    w6 = (m1*g*np.sin(theta1) + w2*(g*np.cos(theta2) + l2*theta2_dot*theta2_dot + w3*w4))/w5
+    regular = (m2*l2*l2 > 0.0) & (l1*w5 > 0.0)
+    check = np.sqrt(regular - 1.0)  # 0, or NaN for a singular mass matrix
+    dydt = np.empty(y.shape)
+    dydt[:2] = y[2:]
+    dydt[2] = -w6 + check
+    dydt[3] = -((g*np.sin(theta2) - l1*w1*w4) - w6*w3)/l2 + check
+    return dydt
 
 
 def mass_matrix(t, y, p=DEFAULTS):
-    """Mass matrix M(q, t), n by n, of M a = f."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(mass_matrix, t, y, p)
-    try:
-        p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
-        w0 = p_m2*p_l2
-        m0 = p_l1*p_l1*(p_m1 + p_m2)
-        m1 = p_l1*cos(q_theta1 - q_theta2)*w0
-        m2 = p_l2*w0
-        return _shaped(array([m0, m1, m1, m2], float), 2, 2)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _undefined((2, 2), t, *p)
+    """Mass matrix M(q, t) of M a = f, n by n."""
+    m1, m2, l1, l2, g = p
+    theta1, theta2, theta1_dot, theta2_dot = y
+    w0 = m2*l2
+    out = np.empty((2, 2) + y.shape[1:])
+    out[0, 0] = l1*l1*(m1 + m2)
+    out[0, 1] = out[1, 0] = l1*np.cos(theta1 - theta2)*w0
+    out[1, 1] = l2*w0
+    return out
 
 
 def forcing(t, y, p=DEFAULTS):
     """Forcing f(q, v, t) of M a = f."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(forcing, t, y, p)
-    try:
-        p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
-        w0 = p_m2*p_l2
-        w1 = sin(q_theta1 - q_theta2)*(p_l1*w0)
-        return array([-p_l1*p_g*(p_m1 + p_m2)*sin(q_theta1) - v_theta2*v_theta2*w1, -p_g*sin(q_theta2)*w0 + v_theta1*v_theta1*w1], float)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _undefined(2, t, *p)
+    m1, m2, l1, l2, g = p
+    theta1, theta2, theta1_dot, theta2_dot = y
+    w0 = m2*l2
+    w1 = np.sin(theta1 - theta2)*(l1*w0)
+    out = np.empty((2,) + y.shape[1:])
+    out[0] = -l1*g*(m1 + m2)*np.sin(theta1) - theta2_dot*theta2_dot*w1
+    out[1] = -g*np.sin(theta2)*w0 + theta1_dot*theta1_dot*w1
+    return out
 
 
 def energy(t, y, p=DEFAULTS):
     """Energy function: the sum of v dL/dv, less L (T + V in most systems)."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(energy, t, y, p)
-    try:
-        p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
-        w0 = p_l1*v_theta1
-        w1 = w0*w0
-        w2 = p_l1*cos(q_theta1)
-        w3 = p_l2*v_theta2
-        w4 = (
-            p_m1*(0.5*w1 - p_g*w2) + p_m2*(0.5*(w1 + w3*(w3 + 2.0*cos(q_theta1 - q_theta2)*w0))
-            - p_g*(w2 + p_l2*cos(q_theta2)))
-        )
-        return _number(w4)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _number(_undefined((), t, *p))
+    m1, m2, l1, l2, g = p
+    theta1, theta2, theta1_dot, theta2_dot = y
+    w0 = l1*theta1_dot
+    w1 = w0*w0
+    w2 = l1*np.cos(theta1)
+    w3 = l2*theta2_dot
+    return (
+        m1*(0.5*w1 - g*w2) + m2*(0.5*(w1 + w3*(w3 + 2.0*np.cos(theta1 - theta2)*w0)) - g*(w2 +
+        l2*np.cos(theta2)))
+    )
 
 
 def positions(t, y, p=DEFAULTS):
     """Cartesian names, in the order of CARTESIAN."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(positions, t, y, p)
-    try:
-        p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
-        w0 = p_l1*sin(q_theta1)
-        w1 = p_l1*cos(q_theta1)
-        return array([w0, 0.0, -w1, w0 + p_l2*sin(q_theta2), 0.0, -w1 - p_l2*cos(q_theta2)], float)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _undefined(6, t, *p)
+    m1, m2, l1, l2, g = p
+    theta1, theta2, theta1_dot, theta2_dot = y
+    w0 = l1*np.sin(theta1)
+    w1 = l1*np.cos(theta1)
+    out = np.zeros((6,) + y.shape[1:])
+    out[0], out[2], out[3], out[5] = w0, -w1, w0 + l2*np.sin(theta2), -w1 - l2*np.cos(theta2)
+    return out
 
 
 def velocities(t, y, p=DEFAULTS):
     """Time derivatives of the Cartesian names, in the order of CARTESIAN."""
-    y = asarray(y, float)
-    if y.ndim > _AXES:
-        return _of_many(velocities, t, y, p)
-    try:
-        p_m1, p_m2, p_l1, p_l2, p_g = p
-        q_theta1, q_theta2, v_theta1, v_theta2 = _numbers(y)
-        w0 = p_l1*v_theta1
-        w1 = cos(q_theta1)*w0
-        w2 = sin(q_theta1)*w0
-        w3 = p_l2*v_theta2
-        return array([w1, 0.0, w2, w1 + cos(q_theta2)*w3, 0.0, w2 + sin(q_theta2)*w3], float)
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-        return _undefined(6, t, *p)
+    m1, m2, l1, l2, g = p
+    theta1, theta2, theta1_dot, theta2_dot = y
+    w0 = l1*theta1_dot
+    w1 = np.cos(theta1)*w0
+    w2 = np.sin(theta1)*w0
+    w3 = l2*theta2_dot
+    out = np.zeros((6,) + y.shape[1:])
+    out[0], out[2], out[3], out[5] = w1, w2, w1 + np.cos(theta2)*w3, w2 + np.sin(theta2)*w3
+    return out
 
 
 def integrate(y, t, until, steps, p=DEFAULTS):
-    """State after ``steps`` classical Runge-Kutta steps of fixed size from t to until."""
-    h = (until - t) / steps
+    """State after ``steps`` classical Runge-Kutta steps of one size from t to until."""
+    h = (until - t)/steps
     for k in range(steps):
-        s = t + k * h
+        s = t + k*h
         k1 = rhs(s, y, p)
-        k2 = rhs(s + h / 2, y + h / 2 * k1, p)
-        k3 = rhs(s + h / 2, y + h / 2 * k2, p)
-        k4 = rhs(s + h, y + h * k3, p)
-        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        k2 = rhs(s + h/2, y + h/2*k1, p)
+        k3 = rhs(s + h/2, y + h/2*k2, p)
+        k4 = rhs(s + h, y + h*k3, p)
+        y = y + h/6*(k1 + 2*k2 + 2*k3 + k4)
     return y
 
 
-def main(arguments):
-    """Integrate from INITIAL and print CSV; NAME=VALUE sets parameters and initial
-    values, until=T and steps=N (steps in an interval) the run."""
+if __name__ == "__main__":
+    np.seterr(all="ignore")
     state = [*COORDINATES, *(f"dot({name})" for name in COORDINATES)]
-    parameters = dict(zip(PARAMETERS, DEFAULTS))
-    initial = dict(zip(state, INITIAL or [nan] * len(state)))
-    run = {"until": UNTIL, "steps": STEPS}
-    for argument in arguments:
+    names = [*state, *PARAMETERS, "until", "steps"]
+    given = [*INITIAL, *DEFAULTS, 10.0, 20]
+    for argument in sys.argv[1:]:
         name, _, value = argument.partition("=")
         try:
-            table = next(table for table in (initial, parameters, run) if name in table)
-            table[name] = type(table[name])(value)
-        except (StopIteration, ValueError):
-            return f"{argument}: not NAME=NUMBER with a known name"
-    given = {**initial, **parameters}
-    missing = [name for name, value in given.items() if value != value]
-    if missing:
-        return f"values needed: {', '.join(f'{name}=VALUE' for name in missing)}"
-    p, y = Parameters(*parameters.values()), np.array(list(initial.values()))
-    times = np.linspace(START, run["until"], ROWS + 1).tolist()
-    print(",".join(["t", *state]))
-    for t, following in zip(times, [*times[1:], None]):
-        print(",".join(map(repr, [t, *y.tolist()])))
-        if following is not None:
-            y = integrate(y, t, following, run["steps"], p)
+            k = names.index(name)
+            given[k] = type(given[k])(value)
+        except ValueError:
+            sys.exit(f"{argument}: not NAME=NUMBER with a known name")
+    *given, until, steps = given
+    y, p = np.array(given[:4]), Parameters(*np.array(given[4:]))
+    times = np.linspace(0.0, until, 501)
+    print("t", *state, sep=",")
+    for t, following in zip(times[:-1], times[1:]):
+        print(t, *y, sep=",")
+        y = integrate(y, t, following, steps, p)
         if not np.isfinite(y).all():
-            return f"stopped after t = {t}: the mass matrix is singular or a result not finite"
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+            sys.exit(f"stopped after t = {t}: the mass matrix is singular or a result not finite")
+    print(until, *y, sep=",")

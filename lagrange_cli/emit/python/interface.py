@@ -1,0 +1,226 @@
+"""Functions of a Python module around its programs: projection, contacts, derivatives, momenta.
+
+The methods are those of C (:mod:`lagrange_cli.emit.c.constraints`), which explains them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.initial_state import steps_per_row
+from lagrange_cli.emit.python.layout import passed_on
+from lagrange_cli.emit.shared_code import (
+    COMPLEMENTARITY_STEPS,
+    IMPACT_TOLERANCES,
+    MOST_EVENTS_A_STEP,
+    MOST_REBOUNDS,
+    RATE_TOLERANCE,
+    RECORDED_ROUNDING,
+)
+from lagrange_cli.emit.template_files import filled, python_template
+from lagrange_cli.program.lowered.routines.projection import (
+    NEWTON_STEPS,
+    RESIDUAL_AT_REST,
+    RESIDUAL_ROUNDING,
+    START_TOLERANCE,
+)
+from lagrange_cli.program.program import Program
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Rows that the script prints, and steps from one to the next.
+_ROWS = 500
+_STEPS_PER_ROW = 20
+
+#: Half the distance from 1 to the next number.
+_ROUNDING = 2.0**-53
+
+
+def projection_source(equations: Equations, programs: Mapping[str, Program]) -> str:
+    """Define ``project``; empty where nothing has to be led back."""
+    contact = "contact_" if equations.system.contacts else ""
+    if f"{contact}velocity_change" not in programs:
+        return ""
+    has_positions = f"{contact}position_change" in programs
+    replacements = {
+        "@POSITIONS@": python_template("projection_positions") if has_positions else "",
+        "@MODE@": ", mode=FLIGHT" if contact else "",
+        "@PASSED@": ", mode" if contact else "",
+        "@CLOSED@": "what is closed" if contact else "the closures",
+        "@ROUNDS@": str(NEWTON_STEPS),
+        "@NEAR@": repr(RESIDUAL_AT_REST),
+        "@FAR@": repr(RESIDUAL_ROUNDING),
+    }
+    coupled = [python_template("projection_coupled")] if has_positions else []
+    return "\n\n".join([filled(python_template("projection"), replacements), *coupled])
+
+
+def contacts_source(equations: Equations, arguments: str) -> str:
+    """Define ``events`` and ``reset``; empty where there are no contacts.
+
+    Parameters
+    ----------
+    arguments
+        Those of the functions of the interface behind ``t`` and ``y``, with their defaults.
+    """
+    if not equations.system.contacts:
+        return ""
+    replacements = {
+        "@A@": arguments,
+        "@P@": passed_on(arguments),
+        "@U@": str(len(equations.system.contacts)),
+        "@TOLERANCE@": repr(RATE_TOLERANCE),
+        "@LOOSER@": repr(IMPACT_TOLERANCES),
+        "@ULPS@": repr(2.0**-46),
+        "@STEPS@": str(COMPLEMENTARITY_STEPS),
+    }
+    return filled(python_template("contacts"), replacements)
+
+
+def canonical_source(equations: Equations, arguments: str) -> str:
+    """Define the functions of [q, p]."""
+    replacements = {
+        "@A@": arguments,
+        "@P@": passed_on(arguments),
+        "@N@": str(len(equations.system.coordinates)),
+    }
+    return filled(python_template("canonical"), replacements)
+
+
+def recorded_source() -> str:
+    """Define the function that looks inputs up in their recordings."""
+    return filled(python_template("recorded"), {"@ROUNDING@": repr(RECORDED_ROUNDING)})
+
+
+_FIELD = "    E: np.ndarray\n"
+
+_NOTE = """
+    E dy = 0 are the changes that the constraints allow, E the derivative of their numbers, in
+    the order of RESIDUALS. A is that of rhs, which has accelerations off the constraints too."""
+
+
+def linearization_source(
+    equations: Equations, programs: Mapping[str, Program], arguments: str
+) -> str:
+    """Define the type of the result and the function.
+
+    Parameters
+    ----------
+    programs
+        Programs of the derivatives by function.
+    arguments
+        Those of the functions of the interface behind ``t`` and ``y``, with their defaults.
+    """
+    system = equations.system
+    n, m, k = len(system.coordinates), len(system.inputs), len(system.outputs)
+    plain, contacts = passed_on(arguments), bool(system.contacts)
+    passed = f"{plain}, mode" if contacts else plain
+    lines = [
+        f"A = np.zeros(({2 * n}, {2 * n}) + y.shape[1:])",
+        f"A[range({n}), range({n}, {2 * n})] = 1.0",
+        _lower("A", "jacobian", programs, n, passed, contacts),
+        f"B = np.zeros(({2 * n}, {m}) + y.shape[1:])",
+        *([_lower("B", "jacobian_u", programs, n, passed, contacts)] if m else []),
+        f"C = np.zeros(({k or n}, {2 * n}) + y.shape[1:])",
+        f"C[:] = _output_jacobian(t, y, {plain})" if k else f"C[range({n}), range({n})] = 1.0",
+        f"D = np.zeros(({k or n}, {m}) + y.shape[1:])",
+        *([f"D[:] = _output_jacobian_u(t, y, {plain})"] if k and m else []),
+    ]
+    if contacts or system.closures:
+        lines.append(f"E = _constraint_jacobian(t, y, {passed})")
+    closed = bool(system.pushing)
+    replacements = {
+        "@LINES@": "\n".join(f"    {line}" for line in lines),
+        "@FIELDS@": _FIELD if closed else "",
+        "@NOTE@": _NOTE if closed else "",
+        "@HELD@": " The mode is kept." if contacts else "",
+        "@OF@": "OUTPUTS" if k else "COORDINATES",
+        "@A@": arguments + (", mode=FLIGHT" if contacts else ""),
+        "@MATRICES@": "A, B, C, D, E" if closed else "A, B, C, D",
+    }
+    return filled(python_template("linearization"), replacements)
+
+
+def _lower(
+    array: str, function: str, programs: Mapping[str, Program], n: int, passed: str, contacts: bool
+) -> str:
+    """Put the derivatives of the accelerations below those of the coordinates."""
+    jacobian = programs["contact_" * contacts + function].jacobian
+    assert jacobian is not None
+    name = function.upper()
+    if jacobian.pattern is None:
+        return f"{array}[{n}:] = {function}(t, y, {passed})"
+    rows = f"[{n} + i for i in {name}_ROWS]"
+    return f"{array}[{rows}, {name}_COLUMNS] = {function}(t, y, {passed})"
+
+
+# -- the script ----------------------------------------------------------------------------
+
+_SINGULAR = "the mass matrix is singular or a result not finite"
+_SINGULAR_CLOSED = "a singular configuration or a result not finite"
+
+#: What begins a step with recordings: no step sees two pieces of them.
+_HELD = """\
+        at = partial(recorded, at=s + h/2)
+        held = partial(inputs, u=at)
+"""
+
+
+def script_source(equations: Equations, decorator: str) -> str:
+    """Define ``integrate`` and the run of the module as a script.
+
+    Parameters
+    ----------
+    decorator
+        Line above functions that are compiled.
+    """
+    system = equations.system
+    start, n = system.simulate.start, len(system.coordinates)
+    until = start + 10.0 if system.simulate.until is None else system.simulate.until
+    recorded = any(source.recording is not None for source in system.inputs)
+    closed = bool(system.closures or system.contacts)
+    asks = system.initial is None or any(p.value is None for p in system.parameters)
+    initial = "INITIAL" if system.initial is not None else f'[float("nan")]*{2 * n}'
+    plain = not (closed or recorded)
+    held_inputs = _HELD if recorded else ""
+    begin, step = "", "y = integrate(y, t, following, steps, p)"
+    if system.closures:
+        begin = _checked(f"y, wrong = start(y, {start!r}, until, p)")
+    if system.contacts:
+        begin += _checked(f"y, mode, wrong = begin(y, {start!r}, until, p)")
+        begin += "    largest = np.zeros((2, len(mode)))\n"
+        step = "y, mode = integrate(y, t, following, steps, p, mode, largest)"
+        lines = held_inputs.replace("=s +", "=t +").splitlines(keepends=True)
+        held_inputs = "".join(line[4:] for line in lines)
+    reason = _SINGULAR_CLOSED if closed else _SINGULAR
+    replacements = {
+        "@NJIT@": f"{decorator}\n" if decorator and plain else "",
+        "@HELD@": held_inputs,
+        "@U@": ", held" if recorded else "",
+        "@LED@": "        y = project(s + h, y, p)\n" if system.closures else "",
+        "@MISSING@": python_template("main_missing") if asks else "",
+        "@INITIAL@": initial,
+        "@UNTIL@": repr(float(until)),
+        "@STEPS@": str(steps_per_row(equations, _ROWS, _STEPS_PER_ROW)),
+        "@N@": str(2 * n),
+        "@BEGIN@": begin,
+        "@START@": repr(start),
+        "@ROWS@": str(_ROWS + 1),
+        "@STEP@": step,
+        "@REASON@": f"{reason}, or a recording ends" if recorded else reason,
+        "@TOLERANCE@": repr(START_TOLERANCE),
+        "@ROUNDING@": repr(64 * _ROUNDING),
+        "@NOISE@": repr(1024 * _ROUNDING),
+        "@ULP@": repr(2 * _ROUNDING),
+        "@EVENTS@": str(MOST_EVENTS_A_STEP),
+        "@BOUNCES@": str(MOST_REBOUNDS),
+    }
+    names = ["integrate_contacts" if system.contacts else "integrate"]
+    names += ["start"] if system.closures else []
+    return "\n\n".join(filled(python_template(name), replacements) for name in [*names, "main"])
+
+
+def _checked(statement: str) -> str:
+    return f"    {statement}\n    if wrong:\n        sys.exit(wrong)\n"
