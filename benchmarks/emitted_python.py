@@ -71,11 +71,15 @@ def module_of(style: str, folder: Path) -> dict[str, Any]:
     return names
 
 
-def seconds(call: Callable[[], object], calls: int = 1) -> float:
-    """Return the smallest time of a call over the number of states that it evaluates."""
-    timer = timeit.Timer(call)
-    repeats, _ = timer.autorange()
-    return float(min(timer.repeat(7, repeats))) / repeats / calls
+def seconds(calls: dict[str, tuple[Callable[[], object], int]]) -> dict[str, float]:
+    """Return the smallest times of calls, which take turns, over the states that each evaluates."""
+    timers = {label: timeit.Timer(call) for label, (call, _) in calls.items()}
+    repeats = {label: max(1, timer.autorange()[0] // 10) for label, timer in timers.items()}
+    best = dict.fromkeys(calls, float("inf"))
+    for _ in range(60):
+        for label, timer in timers.items():
+            best[label] = min(best[label], timer.timeit(repeats[label]) / repeats[label])
+    return {label: best[label] / states for label, (_, states) in calls.items()}
 
 
 def c_loop(folder: Path) -> Any:
@@ -125,14 +129,16 @@ def table(states: int, folder: Path) -> None:
         assert not loop(ctypes.c_long(CALLS), ctypes.c_long(states), *pointers, ctypes.byref(total))
 
     numba_loop(1, rows, jitted["DEFAULTS"])
-    measured = {
-        "NumPy, one state": seconds(lambda: numpy["rhs"](0.0, one)),
-        "by hand, one state": seconds(lambda: by_hand(0.0, one, p)),
-        f"NumPy, {states} states": seconds(lambda: numpy["rhs"](0.0, y), states),
-        f"by hand, {states} states": seconds(lambda: by_hand(0.0, y, p), states),
-        "Numba, a loop": seconds(lambda: numba_loop(CALLS, rows, jitted["DEFAULTS"]), CALLS),
-        "C, a loop": seconds(run_c, CALLS),
-    }
+    measured = seconds(
+        {
+            "NumPy, one state": (lambda: numpy["rhs"](0.0, one), 1),
+            "by hand, one state": (lambda: by_hand(0.0, one, p), 1),
+            f"NumPy, {states} states": (lambda: numpy["rhs"](0.0, y), states),
+            f"by hand, {states} states": (lambda: by_hand(0.0, y, p), states),
+            "Numba, a loop": (lambda: numba_loop(CALLS, rows, jitted["DEFAULTS"]), CALLS),
+            "C, a loop": (run_c, CALLS),
+        }
+    )
     print("right-hand side of a double pendulum        ns a state")
     for label, time in measured.items():
         print(f"  {label:<40}{time * 1e9:>12.1f}")
