@@ -185,10 +185,10 @@ def _helpers(text: str) -> list[str]:
 
 def _project(projection: Projection) -> str:
     """Return the function that leads a state back to the closures."""
-    given = "  if nargin < 4, u = inputs(t, y, p); end\n"
+    default = "  if nargin < 4, u = inputs(t, y, p); end\n"
     tokens = {
         "@POSITIONS@": template("octave", "positions.m") if projection.positions else "",
-        "@INPUTS@": given if projection.driven else "",
+        "@INPUTS@": default if projection.driven else "",
         "@U@": ", u" if projection.driven else "",
     }
     return filled(template("octave", "project.m"), tokens).rstrip("\n")
