@@ -7,7 +7,6 @@ compared only where a pivot is tested, and by ``abs``, ``min``, ``max`` and ``si
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from math import prod
@@ -166,8 +165,7 @@ class Cpp(Language):
         return []  # No comparison: what is not finite stands as it is.
 
     def counted(self, index: str) -> str:
-        real = re.sub(r"[a-z]\w*", r"double(\g<0>)", index)
-        return f"T({real})"
+        return f"T(static_cast<double>({index}))"
 
     def solve(self, step: Solve) -> list[str]:
         places = ((array.name, array.index.base) for array in step.arrays)

@@ -242,7 +242,8 @@ class Language(Syntax):
         """Return a number of an array."""
         index = element.index
         if element.name == COUNTED:
-            return self.counted(self._affine(index))
+            text = self._affine(index)
+            return self.counted(text if text.isalnum() else f"({text})")
         base = index.base + self.first
         if element.table is None:
             return self.element_text(element.name, self._affine(AffineIndex(base, index.steps)))

@@ -6,7 +6,6 @@ allocated; scratch space stands on the stack. Everything is of Rust 1.63 and edi
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from itertools import compress, pairwise
 from math import prod
@@ -141,8 +140,7 @@ class Rust(Language):
         return super().table(table).upper()
 
     def counted(self, index: str) -> str:
-        signed = re.sub(r"[a-z]\w*", r"\g<0> as i32", index)
-        return f"f64::from({signed})"
+        return f"f64::from({index} as u32)"
 
     def solve(self, step: Solve) -> list[str]:
         """Call a routine; arrays that are parts of one array are split off from each other."""

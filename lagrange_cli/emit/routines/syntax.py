@@ -79,7 +79,7 @@ class Syntax(ABC):
         return self.number(Fraction(value))
 
     def counted(self, index: str) -> str:
-        """Return an integer as a number."""
+        """Return an integer, which is not negative, as a number; a sum stands in parentheses."""
         return index
 
     def element_text(self, name: str, index: str) -> str:

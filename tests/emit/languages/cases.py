@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 
 import sympy as sp
@@ -56,6 +57,18 @@ def _resized(name, **sizes):
     return loads(text).derive().equations
 
 
+def advancing():
+    """Coupled pendulums whose stiffnesses advance, up and down: loops count them."""
+    n = 24
+    angles = [systems.coordinate(f"phi{k}") for k in range(n)]
+    k, m = systems.parameter("k", 1.25), systems.parameter("m", 0.75)
+    pairs = enumerate(itertools.pairwise(angles))
+    potential = sum((n + 1 - i) * k.symbol * sp.cos(a.q - b.q) for i, (a, b) in pairs)
+    potential += sum((i + 2) * k.symbol * sp.exp(a.q) for i, a in enumerate(angles))
+    kinetic = sum((2 * i + 3) * m.symbol * a.v**2 for i, a in enumerate(angles)) / 2
+    return systems.build("advancing", [k, m], angles, [], potential, kinetic=kinetic)
+
+
 #: Cases that the suite leaves to campaigns, since others are of their kind.
 MORE = ("closures", "chain", "springs")
 
@@ -70,6 +83,7 @@ CASES = {
     "band": functools.partial(_resized, "chain_of_rods", n=16),
     "springs": functools.partial(_resized, "net_of_springs", n=10),
     "tree": lambda: tree(40, 1),
+    "advancing": advancing,
 }
 
 
