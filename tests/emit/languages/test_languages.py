@@ -153,6 +153,22 @@ def test_starts_off_the_closures_are_refused_with_the_nearest(language, tmp_path
     assert height == pytest.approx(c * math.sin(angles["gamma"]), abs=1e-14)
 
 
+#: Arguments that scripts refuse: unknown names, texts that are no number, steps that are no count.
+BAD = ("z0=1", "x", "x=", "x=1=2", "x=5-3", "x=1,5", "x=inf", "steps=0", "steps=-1", "steps=0.5")
+
+
+@pytest.mark.slow
+@every_language
+def test_arguments_that_are_no_values_are_refused(driver, tmp_path):
+    driver.require()
+    module = driver.emitted(derived("bead_on_parabola"), tmp_path / "module")
+    for word in BAD[-5:] if driver.is_slow else BAD:
+        command = driver.script(module, [word])
+        done = subprocess.run(command, capture_output=True, text=True, cwd=module.folder)
+        assert (done.returncode, done.stdout) == (1, ""), word
+        assert f"{word}: not NAME=NUMBER with a known name" in done.stderr
+
+
 @every_language
 @pytest.mark.parametrize("name", ["bouncing_ball", "seismometer"])
 def test_what_a_language_lacks_is_refused_at_a_place(driver, name):
