@@ -216,8 +216,9 @@ def test_what_is_said_of_rates():
 @pytest.mark.compiler
 def test_nothing_moves(tmp_path):
     equations = systems.build("still", [], [], [], 0)
-    with pytest.raises(InputError, match="nothing can move"):
-        EMITTERS["c"].emit(equations, {"main": True})
+    for name in ("c", "cpp", "fortran", "rust"):
+        with pytest.raises(InputError, match="nothing can move"):
+            EMITTERS[name].emit(equations, {"main": True})
     source = write(equations, tmp_path)
     run(compiler(), "-std=c99", *WARNINGS, "-c", source, "-o", tmp_path / "object.o")
     assert "Positions: none" in source.with_suffix(".h").read_text()

@@ -13,6 +13,7 @@ from math import prod
 from textwrap import indent
 from typing import TYPE_CHECKING, ClassVar
 
+from lagrange_cli.emit.initial_state import require_coordinates
 from lagrange_cli.emit.languages.fortran_program import main_program
 from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of, is_input
 from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language, local_arrays
@@ -435,8 +436,11 @@ def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dic
     InternalError
         An expression holds something without counterpart in Fortran.
     InputError
-        A constant is outside the range of a double, or the scene has contacts or recordings.
+        A constant is outside the range of a double, the scene has contacts or recordings, or
+        ``main`` is asked for where nothing can move.
     """
+    if options["main"]:
+        require_coordinates(equations)
     interface = interface_of(
         equations, "fortran", Fortran.reserved, caseless=True, longest=_LONGEST
     )
