@@ -1,4 +1,4 @@
-"""Parts of emitted code that C and Python share: limits, recorded inputs, canonical programs."""
+"""Parts of emitted code that languages share: recorded inputs, canonical programs."""
 
 from __future__ import annotations
 
@@ -8,30 +8,11 @@ from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files.interpolation import Polynomials, polynomials
 from lagrange_cli.program.emitted_functions import canonical_programs
 from lagrange_cli.program.program import Program
-from lagrange_cli.program.solvers.tolerances import LARGEST_EXPONENT as LARGEST_EXPONENT
-from lagrange_cli.program.solvers.tolerances import LEAST_INERTIA as LEAST_INERTIA
-from lagrange_cli.program.solvers.tolerances import UNEVEN_PIVOT as UNEVEN_PIVOT
 
 if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
-
-#: Steps of the search for pushes, times one more than there are contacts.
-COMPLEMENTARITY_STEPS = 64
-
-#: Rates below this part of the magnitudes they are the sum of are zero (more in a short type).
-RATE_TOLERANCE = 1e-12
-
-#: A rate after an impact may differ by as many tolerances from what it should be.
-IMPACT_TOLERANCES = 1000.0
-
-#: Events in one step after which bounces are ended.
-MOST_REBOUNDS = 50
-
-#: Events in one step after which the run is ended.
-MOST_EVENTS_A_STEP = 1000
-
 
 #: Numbers of a recording that are written into code.
 MOST_WRITTEN = 100_000

@@ -40,13 +40,14 @@ def test_it_is_derived_and_checked(scene):
 def test_its_module_in_python(scene):
     module = {"__name__": "emitted"}
     exec(compile(succeed("emit", "--to", "python", scene), "<emitted>", "exec"), module)
-    assert module["rhs"](0.0, []).shape == (0,)
-    assert module["mass_matrix"](0.0, []).shape == (0, 0)
-    assert module["forcing"](0.0, []).shape == (0,)
-    assert module["positions"](0.5, []).tolist() == [1.0, 1.0, 3.0]
-    assert module["velocities"](0.5, []).tolist() == [0.0, 2.0, 0.0]
+    none = np.zeros(0)
+    assert module["rhs"](0.0, none).shape == (0,)
+    assert module["mass_matrix"](0.0, none).shape == (0, 0)
+    assert module["forcing"](0.0, none).shape == (0,)
+    assert module["positions"](0.5, none).tolist() == [1.0, 1.0, 3.0]
+    assert module["velocities"](0.5, none).tolist() == [0.0, 2.0, 0.0]
     # T2 - T0 + V of a given motion: m g z - m dot(y)^2/2.
-    assert module["energy"](0.5, []) == 2 * 10 * 3 - 2 * 2**2 / 2
+    assert module["energy"](0.5, none) == 2 * 10 * 3 - 2 * 2**2 / 2
 
 
 def test_its_evaluators_for_simulation(scene):

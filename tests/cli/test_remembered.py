@@ -129,7 +129,9 @@ def test_again_without_mathematics(words, tmp_path):
     assert "sympy" in modules
     succeed(*words, input=(ROOT / DOUBLE).read_text())
     modules = imported(words)
-    assert {name.partition(".")[0] for name in modules} & HEAVY == set()
+    # A unit holds a library, which is compiled anew.
+    compiling = {"subprocess", "tempfile"} if "fmu" in words else set()
+    assert {name.partition(".")[0] for name in modules} & HEAVY <= compiling
     rooms = {".".join(name.split(".")[:2]) for name in modules if name.startswith("lagrange_cli.")}
     assert rooms.isdisjoint({f"lagrange_cli.{room}" for room in ("scene", "mechanics", "simulate")})
 

@@ -19,11 +19,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from lagrange_cli.emit.c.target import CNames, CTarget
-from lagrange_cli.emit.shared_code import (
-    COMPLEMENTARITY_STEPS,
-    IMPACT_TOLERANCES,
-    RATE_TOLERANCE,
-)
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import DERIVATIVES, INTERNAL_FUNCTIONS
 from lagrange_cli.program.lowered.routines.projection import (
@@ -33,6 +28,11 @@ from lagrange_cli.program.lowered.routines.projection import (
 )
 from lagrange_cli.program.lowered.workspace import given_size, program_workspace_size
 from lagrange_cli.program.program import Program, result_count
+from lagrange_cli.program.solvers.tolerances import (
+    COMPLEMENTARITY_STEPS,
+    IMPACT_TOLERANCES,
+    RATE_TOLERANCE,
+)
 
 #: Number of contacts from which on those that push are guessed first: the dual method alone is
 #: cheap for few contacts, and each guess costs a factorization. Chosen as that trade; not tuned.

@@ -13,15 +13,10 @@ from typing import TYPE_CHECKING
 from lagrange_cli.emit.c.target import CTarget, Real, c_string
 from lagrange_cli.emit.initial_state import residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text
-from lagrange_cli.emit.shared_code import (
-    MOST_EVENTS_A_STEP,
-    MOST_REBOUNDS,
-    described_input,
-    polynomial_rows,
-    recorded_inputs,
-)
+from lagrange_cli.emit.shared_code import described_input, polynomial_rows, recorded_inputs
 from lagrange_cli.emit.template_files import c_template, filled
 from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
+from lagrange_cli.program.solvers.tolerances import MOST_EVENTS_A_STEP, MOST_REBOUNDS
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

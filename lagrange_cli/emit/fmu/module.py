@@ -15,7 +15,6 @@ from xml.etree import ElementTree as ET
 
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.base import Package
-from lagrange_cli.emit.c.module import emit_c
 from lagrange_cli.emit.fmu.description import FmiUnit, described_build, described_unit, plain_text
 from lagrange_cli.emit.fmu.variables import (
     Variable,
@@ -102,6 +101,9 @@ def _is_linearized(equations: Equations) -> bool:
 
 def _code(equations: Equations) -> dict[str, str]:
     """Emit C whose outputs are all of the unit, with their derivatives."""
+    # Here and not above: a unit whose texts are remembered is packed without mathematics.
+    from lagrange_cli.emit.c.module import emit_c
+
     system = replace(equations.system, outputs=written_outputs(equations))
     options = dict.fromkeys(("main", "jacobian", "canonical"), False)
     linearized = {"linearization": _is_linearized(equations)}

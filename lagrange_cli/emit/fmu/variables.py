@@ -6,8 +6,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from lagrange_cli.mechanics.free_symbols import symbols_in
-
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
@@ -59,9 +57,17 @@ _ENERGIES = {
 }
 
 
+def _symbols(expression: Expr) -> frozenset[Symbol]:
+    """Return the symbols of an expression."""
+    # Here and not above: a unit whose texts are remembered is packed without mathematics.
+    from lagrange_cli.mechanics.free_symbols import symbols_in
+
+    return symbols_in(expression)
+
+
 def is_computed(entry: Input, t: Symbol) -> bool:
     """Tell whether the scene gives an input as a function of time, so that nobody else can."""
-    return entry.expression is not None and t in symbols_in(entry.expression)
+    return entry.expression is not None and t in _symbols(entry.expression)
 
 
 def written_outputs(equations: Equations) -> tuple[tuple[str, Expr], ...]:
@@ -158,7 +164,7 @@ def _linked(system: System, variables: Sequence[Variable]) -> Iterator[Variable]
             only = (states[n + number],) if number < n else None
             yield replace(variable, derivative_of=states[number], dependencies=only)
         elif variable.kind == "output":
-            symbols_here = symbols_in(next(outputs)) & known.keys()
+            symbols_here = _symbols(next(outputs)) & known.keys()
             yield replace(variable, dependencies=tuple(sorted(known[s] for s in symbols_here)))
         else:
             yield variable

@@ -10,14 +10,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import steps_per_row
 from lagrange_cli.emit.python.layout import passed_on
-from lagrange_cli.emit.shared_code import (
-    COMPLEMENTARITY_STEPS,
-    IMPACT_TOLERANCES,
-    MOST_EVENTS_A_STEP,
-    MOST_REBOUNDS,
-    RATE_TOLERANCE,
-    RECORDED_ROUNDING,
-)
+from lagrange_cli.emit.shared_code import RECORDED_ROUNDING
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.lowered.routines.projection import (
     NEWTON_STEPS,
@@ -26,6 +19,13 @@ from lagrange_cli.program.lowered.routines.projection import (
     START_TOLERANCE,
 )
 from lagrange_cli.program.program import Program
+from lagrange_cli.program.solvers.tolerances import (
+    COMPLEMENTARITY_STEPS,
+    IMPACT_TOLERANCES,
+    MOST_EVENTS_A_STEP,
+    MOST_REBOUNDS,
+    RATE_TOLERANCE,
+)
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations

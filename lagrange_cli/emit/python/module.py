@@ -136,6 +136,7 @@ class _Module:
     def _programs(self) -> dict[str, Program]:
         """Build the programs by function; what stands as a default comes first."""
         equations = self.equations
+        momenta = programs_of_momenta(equations) if self.canonical else {}
         wanted = [*FUNCTIONS_OF_STATE, *optional_outputs(equations)]
         names = sorted(wanted, key="inputs".__ne__)
         programs = {name: program_of(equations, name) for name in names}
@@ -147,7 +148,6 @@ class _Module:
             further = {k: further[k] for k in further if k not in INTERNAL_FUNCTIONS}
             loops = any(program.parts for program in (*programs.values(), *further.values()))
             refuse_branches(self.style, equations, loops=loops)
-        momenta = programs_of_momenta(equations) if self.canonical else {}
         return programs | further | dict(self.derivatives) | momenta
 
     def text(self) -> str:

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.emit.shared_code import (
+from lagrange_cli.program.interpreter.interpreter import Runnable
+from lagrange_cli.program.lowered.routines.numbers import Array as Numbers
+from lagrange_cli.program.lowered.routines.projection import lead_positions, lead_velocities
+from lagrange_cli.program.solvers.tolerances import (
     COMPLEMENTARITY_STEPS,
     IMPACT_TOLERANCES,
     RATE_TOLERANCE,
 )
-from lagrange_cli.program.interpreter.interpreter import Runnable
-from lagrange_cli.program.lowered.routines.numbers import Array as Numbers
-from lagrange_cli.program.lowered.routines.projection import lead_positions, lead_velocities
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.right_hand_side import Projection
 

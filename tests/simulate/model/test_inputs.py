@@ -219,7 +219,7 @@ def test_with_closures():
         assert np.abs(run.columns[name] - minimal.columns[name]).max() < 1e-7
         assert np.abs(run.columns[name] - other.columns[name]).max() < 1e-7
     # The rod's force along itself: -T for the tension T, and x'' by Newton's law.
-    state = [2 * math.sin(0.4), -2 * math.cos(0.4), 0.0, 0.0]
+    state = np.array([2 * math.sin(0.4), -2 * math.cos(0.4), 0.0, 0.0])
     expected = -(9.81 * math.cos(0.4) + 6 * math.sin(0.4)) / 4
     assert emitted(equations).multipliers(0.0, state, u=lambda *_: [6.0]) == pytest.approx(
         [expected], rel=1e-14
