@@ -120,6 +120,8 @@ if __name__ == "__main__":
         try:
             k = names.index(name)
             given[k] = type(given[k])(value)
+            if not np.isfinite(given[k]) or given[-1] < 1:
+                raise ValueError
         except ValueError:
             sys.exit(f"{argument}: not NAME=NUMBER with a known name")
     *given, until, steps = given

@@ -1048,11 +1048,15 @@ contains
     equals = index(text, '=')
     understood = .false.
     if (equals < 2 .or. verify(text(equals + 1:), '0123456789+-.eE') > 0) return
+    do place = equals + 2, len(text)
+      ! Fortran reads 5-3 as 5e-3.
+      if (scan(text(place:place), '+-') > 0 .and. scan(text(place - 1:place - 1), 'eE') == 0) return
+    end do
     do place = 1, total
       if (names(place) == text(:equals - 1)) exit
     end do
     read (text(equals + 1:), *, iostat=problem) number
-    if (problem /= 0 .or. place > total) return
+    if (problem /= 0 .or. place > total .or. abs(number) > huge(number)) return
     if (place == total .and. (number < 1 .or. number > 1e9_wp .or. number > aint(number))) return
     values(place) = number
     known(place) = .true.

@@ -539,7 +539,7 @@ bool solve_saddle(std::size_t n, std::size_t m, T* a, T* b, T* d, T* copy, T* de
         }
     }
     for (std::size_t i = 0; i < s; ++i) {
-        if (!(abs(a[i*s + i]) > T(double(s))*detail::rounding<T>())) {
+        if (!(abs(a[i*s + i]) > T(static_cast<double>(s))*detail::rounding<T>())) {
             return false;
         }
         if (uneven) {

@@ -332,7 +332,9 @@ function main(f, given)
     place = find(strcmp(names, name));
     number = str2double(text(2:end));
     whole = number == round(number) && number > 0;
-    if isempty(place) || ~isreal(number) || ~isfinite(number) || ~(whole || place < numel(names))
+    known = ~isempty(place) && (whole || place < numel(names));
+    % Octave reads 1,5 as 15.
+    if ~known || ~isreal(number) || ~isfinite(number) || any(text == ',')
       error('%s: not NAME=NUMBER with a known name', given{k});
     end
     values(place) = number;

@@ -753,12 +753,14 @@ export function main(given) {
   const names = [...state, ...PARAMETERS, 'until', 'steps'];
   const values = [...(INITIAL ?? state.map(() => null)), ...DEFAULTS, UNTIL, STEPS];
   for (const argument of given) {
-    const [name, text] = argument.split('=');
+    const [name, text, ...more] = argument.split('=');
     const place = names.indexOf(name);
-    if (place < 0 || !text || !Number.isFinite(Number(text))) {
+    const number = text && text.trim() && !more.length ? Number(text) : NaN;
+    const isCount = Number.isInteger(number) && number > 0;
+    if (place < 0 || !Number.isFinite(number) || (place === names.length - 1 && !isCount)) {
       return `${argument}: not NAME=NUMBER with a known name`;
     }
-    values[place] = Number(text);
+    values[place] = number;
   }
   const missing = names.filter((_, k) => values[k] === null);
   if (missing.length) {
@@ -786,7 +788,7 @@ export function main(given) {
 }
 
 if (typeof process === 'object' && process.argv[1] && import.meta.url.endsWith(
-    encodeURIComponent(process.argv[1].split(/[\\/]/).pop()))) {
+    `/${encodeURIComponent(process.argv[1].split(/[\\/]/).pop())}`)) {
   const problem = main(process.argv.slice(2));
   if (problem) {
     console.error(problem);

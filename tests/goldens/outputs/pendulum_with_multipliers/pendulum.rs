@@ -497,7 +497,7 @@ fn solve_saddle(n: usize, m: usize, a: &mut [f64], b: &mut [f64], d: &mut [f64],
         }
     }
     for i in 0..s {
-        if !(math::fabs(a[i*s + i]) > f64::from(s as i32)*1.1102230246251565e-16) {
+        if !(math::fabs(a[i*s + i]) > f64::from(s as u32)*1.1102230246251565e-16) {
             return false;
         }
         if uneven {
