@@ -17,7 +17,7 @@ CASES = yaml.safe_load((HERE / "textbook_forms.yaml").read_text(encoding="utf-8"
 def _derived(case):
     scene = case["scene"]
     loaded = api.loads(scene) if "\n" in scene else api.load(SYSTEMS / scene)
-    return loaded.derive()
+    return loaded.derive(steps=case.get("steps"), forces=case.get("forces", False))
 
 
 def _unwrapped(text):
