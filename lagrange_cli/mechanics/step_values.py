@@ -3,6 +3,7 @@ equations of motion."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
@@ -133,6 +134,45 @@ class CoordinateSteps:
 
         return sympy.Add(*(coefficient * factor for coefficient, factor in self.terms))
 
+    def ungathered_terms(
+        self, speeds: Collection[Symbol], accelerations: Collection[Symbol], force: Expr
+    ) -> tuple[tuple[Expr, Expr], ...]:
+        """Terms of d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v − Q as its parts have them, before like ones are
+        collected; none if the rate of the momentum and ∂L/∂q share no product of ``speeds``.
+
+        ``force``: the generalized force Q. Terms with ``accelerations`` and multipliers are those
+        of the equation.
+        """
+        import sympy
+
+        add, mul = sympy.Add.make_args, sympy.Mul.make_args
+        accelerated = [e for e in add(self.momentum_rate) if e.free_symbols & {*accelerations}]
+        if any({*accelerations}.isdisjoint(mul(e)) for e in accelerated):
+            return ()  # a rate that is too long to be multiplied out
+        rates = _split((e for e in add(self.momentum_rate) if e not in accelerated), speeds)
+        slopes = _split((-e for e in add(self.slope)), speeds)
+        if not {p for _, p in rates} & {p for _, p in slopes} - {sympy.S.One}:
+            return ()
+        forces = _split((*add(self.drag), *(-e for e in add(force))), speeds)
+        pairs = sorted((*rates, *slopes, *forces), key=lambda pair: pair[1] == 1)
+        known = {*speeds, *accelerations}
+        inertia = (pair for pair in self.terms if pair[1] in accelerations)
+        pushes = (pair for pair in self.terms if not pair[1].free_symbols <= known)
+        return (*inertia, *pairs, *pushes)
+
+
+def _split(terms: Iterable[Expr], speeds: Collection[Symbol]) -> list[tuple[Expr, Expr]]:
+    """Coefficient and product of powers of speeds of each term that is not zero."""
+    import sympy
+
+    pairs = []
+    for term in terms:
+        factors = sympy.Mul.make_args(term)
+        product = sympy.Mul(*(f for f in factors if f.as_base_exp()[0] in speeds))
+        if term != 0:
+            pairs.append((term / product, product))
+    return pairs
+
 
 @dataclass(frozen=True)
 class VirtualWork:
@@ -191,6 +231,12 @@ class DerivationSteps:
     states: int = 0
     mismatch: float = 0.0
     difference: float = 0.0
+
+    def generalized_force(self, place: Symbol) -> Expr:
+        """Return Q of the coordinate whose symbol is ``place``: the sum over all forces."""
+        import sympy
+
+        return sympy.Add(*(dict(f.generalized).get(place, 0) for f in self.forces))
 
     @property
     def of_motion(self) -> bool:

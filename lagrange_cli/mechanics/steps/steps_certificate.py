@@ -251,6 +251,8 @@ class _StepsCheck:
         system, (_, kinetic, potential) = self.equations.system, seen.values
         yield system.lagrangian, kinetic - potential
         yield system.energy, tapes.energy_function(seen)[0]
+        speeds = [c.v for c in system.coordinates]
+        accelerations = [c.a for c in system.coordinates]
         for j, steps in enumerate(self.steps.coordinates):
             yield steps.momentum, momenta[j][0]
             yield steps.momentum_rate, momenta[j][1]
@@ -260,7 +262,12 @@ class _StepsCheck:
             derived = [x * point[tapes.a[k]] for k, x in mass[j].items()]
             lacking = sum(derived, -forcing[j] - sum(pushes[j], _ZERO))
             lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j] - sum(pushes[j], _ZERO)
-            for residual in (steps.residual, shown.residual * shown.divided_by):
+            force = self.steps.generalized_force(system.coordinates[j].q)
+            terms = steps.ungathered_terms(speeds, accelerations, force)
+            residuals = [steps.residual, shown.residual * shown.divided_by]
+            if terms:
+                residuals.append(sp.Add(*(c * f for c, f in terms)))
+            for residual in residuals:
                 yield residual, lacking
                 yield residual, lagrange
 

@@ -141,7 +141,7 @@ def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     if parts.coordinates != 0:
         rows.append(writer.row(below(writer.inertia_letter, place), parts.coordinates))
     yield formulas(rows)
-    yield from equation(writer, number)
+    yield from equation(writer, number, say("so that"))
 
 
 def comparison(writer: StepsWriter) -> Section | None:

@@ -11,6 +11,7 @@ from lagrange_cli.report.contents.sentences import divisor_and_factor, multiplie
 from lagrange_cli.report.contents.steps.writer import PLACE, SPEED, StepsWriter, Writer, sum_of
 from lagrange_cli.report.inlines import (
     Label,
+    Text,
     Written,
     enumerated,
     partial,
@@ -100,13 +101,22 @@ def _coordinate(writer: StepsWriter, number: int) -> Iterator[Part]:
     if steps.drag != 0:
         rows.append(writer.row(partial(labels["D"], speed), steps.drag))
     yield formulas(rows)
-    yield from equation(writer, number)
+    coordinates = writer.equations.system.coordinates
+    speeds, accelerations = [c.v for c in coordinates], [c.a for c in coordinates]
+    force = writer.steps.generalized_force(coordinate.q)
+    terms = steps.ungathered_terms(speeds, accelerations, force)
+    if terms:
+        shown = replace(writer.equations.derivation.shown[number], terms=terms)
+        yield say("so that")
+        yield formulas([Formula("", (display_terms(shown, writer.words),))])
+    opening = say("or, with like terms collected,") if terms else say("so that")
+    yield from equation(writer, number, opening)
 
 
-def equation(writer: StepsWriter, number: int) -> Iterator[Part]:
+def equation(writer: StepsWriter, number: int, opening: Text) -> Iterator[Part]:
     """Yield the equation of motion of a coordinate before a factor is divided out, and after."""
     shown = writer.equations.derivation.shown[number]
-    yield say("so that")
+    yield opening
     divisor, factor = divisor_and_factor(shown)
     if divisor is not None or factor is not None:
         whole = replace(shown, terms=writer.steps.coordinates[number].terms)
