@@ -73,6 +73,9 @@ def states(equations, count=2):
         yield generator.uniform(0, 2), y, p
 
 
+#: System whose matrices have conditions of up to 1e6 → bound of what LAPACK rounds otherwise.
+ILL_CONDITIONED = {"pendulum_at_wall": 1e-10, "moving_walls": 1e-11}
+
 SMALL = [name for name in contacts.CASES if name != "chain_over_floor"]
 
 
@@ -106,9 +109,9 @@ def test_both_languages_are_the_code_of_the_simulation(name, tmp_path):
                 tolerance = {"rel": 1e-12, "abs": 1e-12 * np.abs(expected).max()}
                 assert status == 0
                 assert found == pytest.approx(expected, **tolerance)
-                # LAPACK rounds otherwise: matrices have conditions of up to 1e6.
                 found = getattr(module, function)(t, y, p, mode=mode)
-                assert np.abs(found - expected).max() <= 1e-10 * np.abs(expected).max()
+                within = ILL_CONDITIONED.get(name, 1e-12)
+                assert np.abs(found - expected).max() <= within * np.abs(expected).max()
         assert compiled.moded("rhs", t, y, p, None, 2 * n)[0] == 0
         flight = simulated("rhs", t, y, p, [0.0] * u)
         assert module.rhs(t, y, p) == pytest.approx(flight, rel=1e-12, abs=1e-12)

@@ -111,8 +111,8 @@ def test_python_for_the_simulation():
     y = closures.chain_state(2, np.array([0.3, 1.0]), np.array([1.0, 2.0]), np.array(p[2:4])) + 1e-4
     for function in ("rhs", "multipliers", "constraints"):
         expected = getattr(own, function)(0.0, y)
-        assert functions[function](0.0, y, p) == pytest.approx(expected, rel=1e-11, abs=1e-11)
-    assert projection(functions, p)(0.0, y) == pytest.approx(own.project(0.0, y), rel=1e-13)
+        assert functions[function](0.0, y, p) == pytest.approx(expected, rel=1e-14, abs=1e-14)
+    assert projection(functions, p)(0.0, y) == pytest.approx(own.project(0.0, y), rel=1e-15)
     exact = functions["disturbed"](0.0, y, [*p, *[1.0] * factors])
     assert (exact == functions["rhs"](0.0, y, p)).all()
     generator = np.random.default_rng(1)
