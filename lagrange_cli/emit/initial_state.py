@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Closure, Parameter
 
+#: Intervals between the rows that an emitted program prints.
+ROWS = 500
+
+#: Steps from one row to the next where the scene gives no step.
+_STEPS_PER_ROW = 20
+
 #: Most steps between two rows that an emitted program prints: a C int holds them.
 _MOST_STEPS = 1_000_000_000
 
@@ -44,13 +50,13 @@ def exact_value(parameter: Parameter) -> Expr | None:
     return parameter.exact if simple else None
 
 
-def steps_per_row(equations: Equations, rows: int, default: int) -> int:
+def steps_per_row(equations: Equations) -> int:
     """Return the steps between two rows of a table, by the scene's step if it gives one."""
     defaults = equations.system.simulate
     if not defaults.step:
-        return default
+        return _STEPS_PER_ROW
     until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    return max(1, round(min((until - defaults.start) / rows / defaults.step, _MOST_STEPS)))
+    return max(1, round(min((until - defaults.start) / ROWS / defaults.step, _MOST_STEPS)))
 
 
 def require_coordinates(equations: Equations) -> None:

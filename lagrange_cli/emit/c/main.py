@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.target import CTarget, Real, c_string
-from lagrange_cli.emit.initial_state import residual_labels, steps_per_row
+from lagrange_cli.emit.initial_state import ROWS, residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.shared_code import described_input, polynomial_rows, recorded_inputs
 from lagrange_cli.emit.template_files import c_template, filled
@@ -143,11 +143,6 @@ def _called(equations: Equations, recorded: str, space: str, call: str) -> str:
     return "".join(f"{space}{line}\n" for line in lines)
 
 
-#: Rows of output, and steps from one row to the next.
-_ROWS = 500
-_STEPS_PER_ROW = 20
-
-
 _PARAMETER = """\
             if (!known && strcmp(argv[i], @TEXT@) == 0) {
                 p.@FIELD@ = @PARSE@(value, &end);
@@ -219,7 +214,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@PARSE@": real.parse,
         "@FORMAT@": real.print_format(real.digits),
         "@CAST@": "(double)" if real.name == "float" else "",
-        "@ROWS@": str(_ROWS),
+        "@ROWS@": str(ROWS),
     }
     constants = {"ZERO": 0.0, "HALF": 0.5, "ONE": 1.0, "TWO": 2.0, "SIX": 6.0}
     replacements |= {f"@{name}@": real.value(number) for name, number in constants.items()}
@@ -270,5 +265,5 @@ def _run_replacements(equations: Equations, real: Real) -> dict[str, str]:
     return {
         "@START@": real.value(defaults.start),
         "@UNTIL@": real.value(until),
-        "@STEPS@": str(steps_per_row(equations, _ROWS, _STEPS_PER_ROW)),
+        "@STEPS@": str(steps_per_row(equations)),
     }

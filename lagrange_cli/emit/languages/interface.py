@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import rates_note, residual_labels, steps_per_row
+from lagrange_cli.emit.initial_state import ROWS, rates_note, residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
 from lagrange_cli.emit.routines.signatures import routines_called
 from lagrange_cli.emit.shared_code import recorded_inputs
@@ -25,10 +25,6 @@ from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-
-#: Rows that a script prints, and steps from one to the next.
-_ROWS = 500
-_STEPS_PER_ROW = 20
 
 #: Function → its documentation.
 _DOCUMENTATION = {
@@ -207,8 +203,8 @@ def interface_of(
         None if initial is None else (*initial.positions, *initial.velocities),
         float(defaults.start),
         float(until),
-        _ROWS,
-        steps_per_row(equations, _ROWS, _STEPS_PER_ROW),
+        ROWS,
+        steps_per_row(equations),
     )
 
 

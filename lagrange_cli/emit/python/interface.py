@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.initial_state import steps_per_row
+from lagrange_cli.emit.initial_state import ROWS, steps_per_row
 from lagrange_cli.emit.python.layout import passed_on
 from lagrange_cli.emit.shared_code import RECORDED_ROUNDING
 from lagrange_cli.emit.template_files import filled, python_template
@@ -29,10 +29,6 @@ from lagrange_cli.program.solvers.tolerances import (
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-
-#: Rows that the script prints, and steps from one to the next.
-_ROWS = 500
-_STEPS_PER_ROW = 20
 
 #: Half the distance from 1 to the next number.
 _ROUNDING = 2.0**-53
@@ -203,11 +199,11 @@ def script_source(equations: Equations, decorator: str) -> str:
         "@MISSING@": python_template("main_missing") if asks else "",
         "@INITIAL@": initial,
         "@UNTIL@": repr(float(until)),
-        "@STEPS@": str(steps_per_row(equations, _ROWS, _STEPS_PER_ROW)),
+        "@STEPS@": str(steps_per_row(equations)),
         "@N@": str(2 * n),
         "@BEGIN@": begin,
         "@START@": repr(start),
-        "@ROWS@": str(_ROWS + 1),
+        "@ROWS@": str(ROWS + 1),
         "@STEP@": step,
         "@REASON@": f"{reason}, or a recording ends" if recorded else reason,
         "@TOLERANCE@": repr(START_TOLERANCE),
