@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.proofs.finite_field import NoValueError, solved_line
 from lagrange_cli.mechanics.proofs.zero_test import relation_holds
 from lagrange_cli.mechanics.system import Coordinate, InitialState
 from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.inputs import substitute_inputs
 
 if TYPE_CHECKING:
     from sympy import Symbol
@@ -132,8 +133,11 @@ def _varied(equations: Equations, directions: Sequence[_Direction]) -> Equations
     """Add the derivatives of the coordinates to the coordinates."""
     further = [_change(c, d.name) for d in directions for c in equations.system.coordinates]
     symbols = {p.name: p.symbol for p in equations.system.parameters}
+    with_inputs = substitute_inputs(equations)  # whose expressions may hold parameters
     # What is left of a derivative that vanishes is rounding, which has no scale.
-    moving = {p for d in directions for p in d.parameters if not _drops_out(equations, symbols[p])}
+    moving = {
+        p for d in directions for p in d.parameters if not _drops_out(with_inputs, symbols[p])
+    }
     return replace(
         equations,
         system=replace(

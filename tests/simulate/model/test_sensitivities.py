@@ -382,3 +382,23 @@ def test_starts_in_constants_of_integration():
     assert np.abs(motion.columns["d(phi)/d(x)"] - (swing - 1) / 0.5).max() < 1e-8
     with pytest.raises(InputError, match="'phi_0' is neither a coordinate"):
         loads(scene).derive().simulate(until=3, sensitivity=["phi_0"])
+
+
+def test_parameters_in_the_expression_of_an_input():
+    """A mass on a spring, driven by F = A sin(w t): x is linear in A, and known in closed form."""
+    scene = (
+        "parameters: {m: 2, k: 6, A: 0.7, w: 1.3}\ninputs: {F: A*sin(w*t)}\n"
+        "particles: {p: {mass: m, position: [x, 0, 0]}}\ncoordinates: [x]\n"
+        "potentials: {spring: k*x^2/2}\nforces: {drive: {on: x, force: F}}\n"
+        "initial: {x: 0, dot(x): 0}\n"
+    )
+    motion = loads(scene).derive().simulate(until=5, accuracy=1e-10, sensitivity=["A", "w"])
+    t, own = motion.t, np.sqrt(3.0)
+
+    def swing(w):
+        return 0.35 / (3 - w**2) * (np.sin(w * t) - w / own * np.sin(own * t))
+
+    assert np.abs(motion.columns["x"] - swing(1.3)).max() < 1e-8
+    assert np.abs(motion.columns["d(x)/d(A)"] - swing(1.3) / 0.7).max() < 1e-8
+    slope = (swing(1.3 + 1e-5) - swing(1.3 - 1e-5)) / 2e-5
+    assert np.abs(motion.columns["d(x)/d(w)"] - slope).max() < 1e-8
