@@ -19,7 +19,7 @@ from lagrange_cli.mechanics.algebra.energies import (
     over_roots,
     parts_by_degree,
 )
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import degree_bound, expand_terms
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.certify.certificate import Evidence
@@ -118,11 +118,10 @@ def _has_own_inertia(derivation: Uncertified) -> bool:
 
 
 def _adds_no_deficit(term: sp.Expr, velocities: frozenset[sp.Symbol]) -> bool:
-    present = sorted(term.free_symbols & velocities, key=str)
-    if not term.is_polynomial(*present):
+    degree = degree_bound(term, velocities)
+    if degree is None or degree > 2:
         return False
-    degree = sp.Poly(term, *present).total_degree() if present else 0
-    return degree < 2 or bool(degree == 2 and term.is_nonnegative and not term.has(*_SWITCHES))
+    return degree < 2 or bool(term.is_nonnegative and not term.has(*_SWITCHES))
 
 
 def _unused(scene: Scene) -> tuple[str, ...]:

@@ -9,10 +9,13 @@ written: a result is always equal to its argument, and perhaps shorter.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from itertools import chain, islice
 
 import sympy as sp
+
+from lagrange_cli.mechanics.free_symbols import symbols_in
 
 # The budget, chosen so that no call takes noticeable time; none is tuned.
 
@@ -63,6 +66,37 @@ def term_count(expr: sp.Expr) -> int:
     if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
         return int(term_count(expr.base) ** min(int(expr.exp), 64))
     return 1
+
+
+def degree_bound(expr: sp.Expr, symbols: AbstractSet[sp.Symbol]) -> int | None:
+    """Bound the degree of an expression in some symbols; None if it is not seen to be a polynomial.
+
+    Nothing is multiplied out: each part of the expression is looked at once, so that sums that
+    cancel when they are may have a lower degree.
+    """
+    return _degree_bound(expr, symbols, {})
+
+
+def _degree_bound(
+    expr: sp.Expr, symbols: AbstractSet[sp.Symbol], known: dict[sp.Expr, int | None]
+) -> int | None:
+    if expr in symbols:
+        return 1
+    if not isinstance(expr, (sp.Add, sp.Mul, sp.Pow)):
+        return 0 if symbols_in(expr).isdisjoint(symbols) else None
+    if expr not in known:
+        below = [_degree_bound(part, symbols, known) for part in expr.args]
+        degrees = [degree for degree in below if degree is not None]
+        if len(degrees) < len(below):
+            known[expr] = None
+        elif not expr.is_Pow:
+            known[expr] = max(degrees) if expr.is_Add else sum(degrees)
+        elif degrees == [0, 0]:
+            known[expr] = 0
+        else:
+            natural = expr.exp.is_Integer and expr.exp.is_positive
+            known[expr] = degrees[0] * int(expr.exp) if natural else None
+    return known[expr]
 
 
 def _expand(expr: sp.Expr) -> list[sp.Expr]:
