@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -271,6 +272,11 @@ class InitialState:
     projected: float = 0.0
     decimals: tuple[str, ...] = field(default=(), compare=False)
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """The state vector."""
+        return (*self.positions, *self.velocities)
+
 
 @dataclass(frozen=True)
 class ReplacedChart:
@@ -366,6 +372,21 @@ class System:
     positive: tuple[tuple[str, Expr], ...] = ()
     chart: ReplacedChart | None = None
     sensitivities: tuple[Mapping[Symbol, Fraction], ...] = ()
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the numbers of the state vector."""
+        return self.layout.names([c.name for c in self.coordinates])
+
+    @property
+    def state_symbols(self) -> tuple[Symbol, ...]:
+        """Symbols of the numbers of the state vector."""
+        return (*(c.q for c in self.coordinates), *(c.v for c in self.coordinates))
+
+    @property
+    def layout(self) -> StateLayout:
+        """Layout of the state vector."""
+        return StateLayout(len(self.coordinates))
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

@@ -53,6 +53,7 @@ from lagrange_cli.program.systems.direct_derivation import (
 )
 from lagrange_cli.program.systems.large_systems import LargeSystem, is_large_system, large_system
 from lagrange_cli.program.systems.loops import ProgramPart
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
@@ -111,6 +112,11 @@ class Program:
     results: int = 0
     kind: ProgramKind = ProgramKind.VALUES
     jacobian: Jacobian | None = None
+
+    @property
+    def layout(self) -> StateLayout:
+        """Layout of the state vector that is read."""
+        return StateLayout(self.coordinates)
 
     @property
     def is_large(self) -> bool:

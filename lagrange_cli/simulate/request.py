@@ -242,7 +242,7 @@ def _times(
     model: Model, grid: Grid, step: float | None, *, fixed: bool, in_memory: int | None
 ) -> RowSequence:
     """Return the sample times, as an array if the states of all are to be in memory."""
-    width = 2 * len(model.coordinates)
+    width = model.layout.size
     many = in_memory is not None and len(grid) * width > in_memory
     most = MOST_SAMPLES if many else MOST_SAMPLES_IN_MEMORY
     if len(grid) > most and grid.step != step:

@@ -130,13 +130,13 @@ def errors(problem: InitialValueProblem, scales: Array, first: Motion, second: M
     Shape (samples that both have,); infinite from the first event that is not in both.
     """
     common = min(len(first.states), len(second.states))
-    times, n = problem.times[:common], len(problem.kinds)
+    times = problem.times[:common]
     ratios = np.abs(first.states[:common] - second.states[:common]) / scales
     ratios = np.where(np.isfinite(ratios), ratios, np.inf)
     if not (first.switches or second.switches):
         return np.asarray(np.maximum.accumulate(ratios.max(axis=1)))
     events = event_agreement([first.switches, second.switches], [first.t, second.t], (0.0, 1.0))
-    ratios[events.exempt(times), n:] = 0.0
+    ratios[events.exempt(times), problem.layout.velocities] = 0.0
     of_events = events.ratios(times, problem.span)
     return np.asarray(np.maximum(np.maximum.accumulate(ratios.max(axis=1)), of_events))
 

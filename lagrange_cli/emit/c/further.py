@@ -93,20 +93,20 @@ def pattern_texts(programs: Mapping[str, Program], target: CTarget) -> Iterator[
 
 def linearization_declaration(equations: Equations, target: CTarget) -> str:
     """Declare the function, with its comment."""
-    n = len(equations.system.coordinates)
+    n, size = len(equations.system.coordinates), equations.system.layout.size
     mode_note = [" While mode stays."] if equations.system.contacts else []
     outputs = "outputs z in the order above" if equations.system.outputs else "coordinates z = q"
     inputs = len(equations.system.inputs)
-    driven = f"{2 * n} by {inputs}" if inputs else "not there, no inputs"
+    driven = f"{size} by {inputs}" if inputs else "not there, no inputs"
     rows = len(equations.system.outputs) or n
     lines = [
         "The linearization at a state, of first order, by rows:",
         "  d/dt dy = A dy + B du,  dz = C dy + D du",
         f"of small changes dy of y and du of u, and of the {outputs}.",
-        f"A {2 * n} by {2 * n}; B {driven}; C {rows} by {2 * n};"
+        f"A {size} by {size}; B {driven}; C {rows} by {size};"
         f" D {f'{rows} by {inputs}' if inputs else 'likewise'}.",
         *(
-            [_CLOSED.format(len(residual_labels(equations)), 2 * n)]
+            [_CLOSED.format(len(residual_labels(equations)), size)]
             if equations.system.pushing
             else []
         ),

@@ -245,17 +245,16 @@ def _named(template: str, name: str, field: str) -> str:
 
 
 def _state_replacements(equations: Equations, real: Real) -> dict[str, str]:
-    n = len(equations.system.coordinates)
-    labels = [c.name for c in equations.system.coordinates]
-    labels += [f"dot({name})" for name in labels]
+    size = equations.system.layout.size
+    labels = equations.system.state_names
     initial = equations.system.initial
-    values = (0.0,) * 2 * n if initial is None else (*initial.positions, *initial.velocities)
+    values = (0.0,) * size if initial is None else initial.numbers
     # What a solution of the constraints leaves of a zero is zero in a short type.
     least = 10.0**-real.largest_exponent
     return {
         "@STATE_NAMES@": ", ".join(map(c_string, labels)),
         "@INITIAL@": ", ".join(real.value(x if abs(x) >= least else 0.0) for x in values),
-        "@GIVEN@": ", ".join(["0" if initial is None else "1"] * 2 * n),
+        "@GIVEN@": ", ".join(["0" if initial is None else "1"] * size),
     }
 
 

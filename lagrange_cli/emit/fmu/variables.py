@@ -157,7 +157,7 @@ def _linked(system: System, variables: Sequence[Variable]) -> Iterator[Variable]
         if not is_computed(entry, system.t)
     }
     outputs = iter(_expressions(system))
-    rates = iter(range(2 * n))
+    rates = iter(range(system.layout.size))
     for variable in variables:
         if variable.kind == "rate":
             number = next(rates)

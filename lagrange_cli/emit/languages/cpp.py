@@ -256,6 +256,7 @@ def _own(language: Cpp) -> str:
 
 def _constants(language: Cpp) -> Iterator[str]:
     interface, n = language.interface, len(language.interface.coordinates)
+    size = interface.layout.size
     yield "/// Number of coordinates; the state y holds them, then their velocities."
     yield f"inline constexpr std::size_t dof = {n};"
     yield "template <class T>"
@@ -266,7 +267,7 @@ def _constants(language: Cpp) -> Iterator[str]:
     if interface.initial is not None:
         yield "/// Initial state of the scene."
         numbers = ", ".join(map(repr, interface.initial))
-        text = f"inline constexpr std::array<double, {2 * n}> initial_state{{{numbers}}};"
+        text = f"inline constexpr std::array<double, {size}> initial_state{{{numbers}}};"
         yield from language.broken(text)
     for name, table in language.tables.items():
         numbers = ", ".join(map(str, table))
@@ -315,15 +316,15 @@ def _parameters(interface: Interface) -> Iterator[str]:
 
 def _main(language: Cpp, name: str) -> str:
     interface, projection = language.interface, language.interface.projection
-    n, fields = len(interface.coordinates), interface.parameters
+    size, fields = interface.layout.size, interface.parameters
     names = [*interface.state, *(field.name for field in fields), "until", "steps"]
     values = [
-        *(interface.initial or [None] * (2 * n)),
+        *(interface.initial or [None] * size),
         *(field.value for field in fields),
         interface.until,
         float(interface.steps),
     ]
-    set_ = (f"    p.{f.identifier} = values[{2 * n + k}];\n" for k, f in enumerate(fields))
+    set_ = (f"    p.{f.identifier} = values[{size + k}];\n" for k, f in enumerate(fields))
     return filled(
         template("cpp", "main.hpp"),
         {

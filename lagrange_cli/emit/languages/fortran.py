@@ -379,7 +379,7 @@ def _project(language: Fortran, projection: Projection) -> str:
         first = "".join(f"    {line}\n" for line in [*lines, "if (.not. found) return"])
     replacements = {
         "@U@": "u, " if u else "",
-        "@STATES@": str(2 * n),
+        "@STATES@": str(language.interface.layout.size),
         "@DECLARED@": f"    real(wp), intent(in) :: u({len(language.interface.inputs)})\n" * len(u),
         "@TWICE@": str(2 * m),
         "@SQUARE@": f", square({positions})" if positions else "",
@@ -402,7 +402,7 @@ def _module(language: Fortran) -> str:
     names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
     names += [] if interface.initial is None else ["initial"]
     names += [] if projection is None else ["project", "is_near"]
-    size = 2 * len(interface.coordinates)
+    size = interface.layout.size
     driven = ["call inputs(s, y + at(stage)*h*slope, p, u, status)", "if (status /= 0) return"]
     integrate = {
         "@STATES@": str(size),

@@ -21,6 +21,7 @@ from lagrange_cli.program.lowered.functions import Function, Let, LocalArray, st
 from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from lagrange_cli.program.program import Program, build_program, optional_outputs
+from lagrange_cli.state_layout import StateLayout
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -140,8 +141,12 @@ class Interface:
     @property
     def state(self) -> tuple[str, ...]:
         """Names of the numbers of the state, as the script's table has them."""
-        names = [c.name for c in self.coordinates]
-        return (*names, *(f"dot({name})" for name in names))
+        return self.layout.names([c.name for c in self.coordinates])
+
+    @property
+    def layout(self) -> StateLayout:
+        """Layout of the state vector."""
+        return StateLayout(len(self.coordinates))
 
 
 def interface_of(
@@ -200,7 +205,7 @@ def interface_of(
         functions,
         names,
         projection,
-        None if initial is None else (*initial.positions, *initial.velocities),
+        None if initial is None else initial.numbers,
         float(defaults.start),
         float(until),
         ROWS,

@@ -142,7 +142,7 @@ def _names(names: Sequence[str]) -> str:
 def _entry(language: Octave) -> Iterator[str]:
     """Yield the lines of the function that the file is named after."""
     interface = language.interface
-    states = 2 * len(interface.coordinates)
+    states = interface.layout.size
     initial = interface.initial or ["NaN"] * states
     yield f"function f = {interface.name}(varargin)"
     yield from language.commented(interface.heading)

@@ -79,9 +79,10 @@ class Rust(Language):
     reserved: ClassVar = frozenset(_WORDS.split()) | frozenset(PROGRAM_FUNCTIONS)
 
     def head(self, function: Function, documentation: str) -> list[str]:
-        n, size = function.coordinates, prod(function.shape)
+        size = prod(function.shape)
         is_inner = function.name in INTERNAL_FUNCTIONS
-        arguments = ["t: f64", "y: &[f64]" if is_inner else f"y: &[f64; {2 * n}]"]
+        state = "y: &[f64]" if is_inner else f"y: &[f64; {function.layout.size}]"
+        arguments = ["t: f64", state]
         if function.driven and function.name != "inputs":
             arguments.append(f"u: &[f64; {function.driven}]")
         arguments.append("p: &Params")
@@ -272,7 +273,8 @@ def _constants(language: Rust) -> Iterator[str]:
     if interface.initial is not None:
         yield "/// Initial state of the scene."
         numbers = ", ".join(map(repr, interface.initial))
-        yield from language.broken(f"pub const INITIAL: [f64; {2 * n}] = [{numbers}];")
+        size = interface.layout.size
+        yield from language.broken(f"pub const INITIAL: [f64; {size}] = [{numbers}];")
     for name, table in language.tables.items():
         numbers = ", ".join(map(str, table))
         yield from language.broken(f"static {name.upper()}: [usize; {len(table)}] = [{numbers}];")
@@ -323,8 +325,8 @@ def _parameters(interface: Interface) -> Iterator[str]:
 
 def _main(language: Rust) -> str:
     interface = language.interface
-    n, driven = len(interface.coordinates), len(interface.inputs)
-    initial = interface.initial or (None,) * (2 * n)
+    driven = len(interface.inputs)
+    initial = interface.initial or (None,) * interface.layout.size
     inputs = f"    let mut u = [0.0; {driven}];\n    inputs(t, y, p, &mut u)?;\n"
     projection = interface.projection
     fields = [(_string(field.name), f"p.{field.identifier}") for field in interface.parameters]

@@ -185,11 +185,11 @@ class _Printer:
 
     def _new(self, array: str) -> str:
         """Write a new array, with the axis of states as ``y`` has it."""
-        shape, n = self.numbers.shapes[array], self.function.coordinates
+        shape, size = self.numbers.shapes[array], self.function.layout.size
         made = "zeros" if array in self.zeroed else "empty"
         if array in self.numbers.flat:
             shape = (prod(shape),)
-        if array == RESULTS and shape == (2 * n,) and n:
+        if array == RESULTS and shape == (size,) and size:
             return f"np.{made}(y.shape)"
         return f"np.{made}({shape} + y.shape[1:])"
 

@@ -129,7 +129,7 @@ def constants(
         lines += _names("OUTPUTS", (name for name, _ in system.outputs))
     lines += [*_closures(equations), *_patterns(derivatives)]
     initial = system.initial
-    state = None if initial is None else repr([*initial.positions, *initial.velocities])
+    state = None if initial is None else repr([*initial.numbers])
     text = f"np.array({state})" if state and arrays else str(state)
     return "\n".join([*lines, *assignment("INITIAL", text, ""), ""])
 

@@ -111,15 +111,16 @@ def linearization_source(
     """
     system = equations.system
     n, m, k = len(system.coordinates), len(system.inputs), len(system.outputs)
+    size = system.layout.size
     plain, contacts = passed_on(arguments), bool(system.contacts)
     passed = f"{plain}, mode" if contacts else plain
     lines = [
-        f"A = np.zeros(({2 * n}, {2 * n}) + y.shape[1:])",
+        f"A = np.zeros(({size}, {size}) + y.shape[1:])",
         f"A[range({n}), range({n}, {2 * n})] = 1.0",
         _lower("A", "jacobian", programs, n, passed, contacts),
-        f"B = np.zeros(({2 * n}, {m}) + y.shape[1:])",
+        f"B = np.zeros(({size}, {m}) + y.shape[1:])",
         *([_lower("B", "jacobian_u", programs, n, passed, contacts)] if m else []),
-        f"C = np.zeros(({k or n}, {2 * n}) + y.shape[1:])",
+        f"C = np.zeros(({k or n}, {size}) + y.shape[1:])",
         f"C[:] = _output_jacobian(t, y, {plain})" if k else f"C[range({n}), range({n})] = 1.0",
         f"D = np.zeros(({k or n}, {m}) + y.shape[1:])",
         *([f"D[:] = _output_jacobian_u(t, y, {plain})"] if k and m else []),
@@ -173,12 +174,12 @@ def script_source(equations: Equations, decorator: str) -> str:
         Line above functions that are compiled.
     """
     system = equations.system
-    start, n = system.simulate.start, len(system.coordinates)
+    start, size = system.simulate.start, system.layout.size
     until = start + 10.0 if system.simulate.until is None else system.simulate.until
     recorded = any(source.recording is not None for source in system.inputs)
     closed = bool(system.closures or system.contacts)
     asks = system.initial is None or any(p.value is None for p in system.parameters)
-    initial = "INITIAL" if system.initial is not None else f'[float("nan")]*{2 * n}'
+    initial = "INITIAL" if system.initial is not None else f'[float("nan")]*{size}'
     plain = not (closed or recorded)
     held_inputs = _HELD if recorded else ""
     begin, step = "", "y = integrate(y, t, following, steps, p)"
@@ -200,7 +201,7 @@ def script_source(equations: Equations, decorator: str) -> str:
         "@INITIAL@": initial,
         "@UNTIL@": repr(float(until)),
         "@STEPS@": str(steps_per_row(equations)),
-        "@N@": str(2 * n),
+        "@N@": str(size),
         "@BEGIN@": begin,
         "@START@": repr(start),
         "@ROWS@": str(ROWS + 1),

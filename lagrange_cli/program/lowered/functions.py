@@ -20,6 +20,7 @@ from lagrange_cli.program.graph.operands import (
     variables,
 )
 from lagrange_cli.program.kinds import ProgramKind
+from lagrange_cli.state_layout import StateLayout
 
 #: Array of the results of every function.
 RESULTS = "out"
@@ -183,6 +184,11 @@ class Function:
     parameters: int
     driven: int = 0
     given_functions: tuple[str, ...] = ()
+
+    @property
+    def layout(self) -> StateLayout:
+        """Layout of the state vector that it is handed."""
+        return StateLayout(self.coordinates)
 
 
 def steps_in(body: Iterable[Step]) -> Iterator[Step]:

@@ -173,11 +173,12 @@ class _Lowering:
         cell = self.cells.get(name)
         if cell is None:
             letter, number = cell_named(name)
-            n = self.program.coordinates
+            layout = self.program.layout
+            velocities, behind = layout.velocities.start, layout.size
             if letter in _GIVEN:
-                cell = Cell("given", number + (n if letter == "a" else 2 * n))
+                cell = Cell("given", number + (velocities if letter == "a" else behind))
             else:
-                cell = Cell(_ARRAYS[letter], number + (n if letter == "v" else 0))
+                cell = Cell(_ARRAYS[letter], number + (velocities if letter == "v" else 0))
             self.cells[name] = cell
         return cell
 

@@ -78,7 +78,7 @@ def parts_of(program: Program) -> tuple[Sequence[Part], tuple[int, ...]]:
     if program.kind is ProgramKind.CHANGE:
         return _change(program), (n,)
     if program.kind is ProgramKind.RIGHT_HAND_SIDE:
-        return _right_hand_side(program), (2 * n,)
+        return _right_hand_side(program), (program.layout.size,)
     if program.kind is ProgramKind.MATRIX:
         return _matrix(program), (n, n)
     stores = _in_order(program)

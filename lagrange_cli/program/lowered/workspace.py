@@ -25,7 +25,7 @@ def given_size(program: Program) -> int:
     letters = set(map(array_named, program.reads))
     if letters.isdisjoint("al"):
         return 0
-    return 2 * program.coordinates + ("l" in letters) * program.multipliers
+    return program.layout.size + ("l" in letters) * program.multipliers
 
 
 def solver_workspace(program: Program) -> int:

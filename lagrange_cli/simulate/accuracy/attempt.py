@@ -293,7 +293,8 @@ class Attempt:
         _, looser_weight, weight = self._weights
         errors = looser_weight * np.abs(looser - states) + weight * np.abs(perturbed - states)
         if events is not None:
-            errors[events.exempt(self._problem.times[first:last]), len(self._problem.kinds) :] = 0
+            exempt = events.exempt(self._problem.times[first:last])
+            errors[exempt, self._problem.layout.velocities] = 0
         return np.asarray(errors)
 
     @property

@@ -20,6 +20,7 @@ from lagrange_cli.simulate.runs.problem import (
     unsampled_motion,
 )
 from lagrange_cli.simulate.runs.run import Run
+from lagrange_cli.state_layout import StateLayout
 
 #: Relative tolerance of the coarse run, and those of further ones where it is no use.
 COARSE = 1e-5
@@ -54,16 +55,16 @@ def steady_time(
     """Return a time, no longer than ``most``, in which accelerations with these contacts closed
     stay about what they are at the start, beside the largest of their kind; any below ``least``
     where that is too long."""
-    n, t, y = len(problem.kinds), problem.start, problem.y0
+    velocities, t, y = problem.layout.velocities, problem.start, problem.y0
     if least >= most:
         return most
     rhs, h = in_mode(problem.rhs, closed), most
-    push = rhs(t, y)[n:]
+    push = rhs(t, y)[velocities]
     sizes, smallest = np.abs(push), max(_SMALLEST_STEP * max(problem.span, abs(t)), least)
     for alike in groups(problem.kinds):
         sizes[alike] = sizes[alike].max()
     while h > smallest:
-        change = np.abs(rhs(t + h, _accelerated(y, push, h))[n:] - push)
+        change = np.abs(rhs(t + h, _accelerated(y, push, h))[velocities] - push)
         if (change <= _STEADY * sizes).all():
             break
         h *= _SHRINK
@@ -72,8 +73,10 @@ def steady_time(
 
 def _accelerated(y: Array, push: Array, h: float) -> Array:
     """Return the state after a time h of constant accelerations, shape (2n,)."""
-    n = len(push)
-    return np.concatenate([y[:n] + h * y[n:] + h * h / 2 * push, y[n:] + h * push])
+    layout, moved = StateLayout(len(push), len(y) - 2 * len(push)), y.copy()
+    moved[layout.positions] += h * y[layout.velocities] + h * h / 2 * push
+    moved[layout.velocities] += h * push
+    return moved
 
 
 def _first_step(problem: InitialValueProblem, push: Array) -> float:
@@ -82,10 +85,10 @@ def _first_step(problem: InitialValueProblem, push: Array) -> float:
     Else what they are there, times that step, would be no scale of what follows (a comet that
     starts at its perihelion).
     """
-    n, t, y = len(problem.kinds), problem.start, problem.y0
-    speeds, h = y[n:], FIRST_STEP * problem.span
+    velocities, t, y = problem.layout.velocities, problem.start, problem.y0
+    speeds, h = y[velocities], FIRST_STEP * problem.span
     while h > _SMALLEST_STEP * max(problem.span, abs(t)):
-        change = np.abs(problem.rhs(t + h, _accelerated(y, push, h))[n:] - push)
+        change = np.abs(problem.rhs(t + h, _accelerated(y, push, h))[velocities] - push)
         steady = change <= _STEADY * np.abs(push)
         if (steady | (h * np.abs(push) <= np.abs(speeds))).all():
             break
@@ -101,9 +104,9 @@ class CoarseRun:
 
     def __init__(self, problem: InitialValueProblem, watch: Watch, tolerance: float) -> None:
         self._problem, self._watch, self._tolerance = problem, watch, tolerance
-        n = len(problem.kinds)
-        speeds = np.abs(problem.y0[n:])
-        accelerations = problem.rhs(problem.start, problem.y0)[n:]
+        n, velocities = len(problem.kinds), problem.layout.velocities
+        speeds = np.abs(problem.y0[velocities])
+        accelerations = problem.rhs(problem.start, problem.y0)[velocities]
         h, push = _first_step(problem, accelerations), np.abs(accelerations)
         first = np.concatenate([speeds * h + push * (h * h), np.maximum(push * h, speeds)])
         finest = tolerance == COARSE_TOLERANCES[-1]
@@ -173,7 +176,8 @@ class CoarseRun:
     def closest(self) -> Array:
         """Least distance of each coordinate from the origin in short steps, others of its kind with
         it, relative to scales; 1 if it came no closer, and for velocities; shape (2n,)."""
-        return np.concatenate([self.motion.closest, np.ones(len(self.motion.closest))])
+        others = self._problem.layout.size - len(self.motion.closest)
+        return np.concatenate([self.motion.closest, np.ones(others)])
 
     def scales(self, run: Run) -> tuple[Array, Array, Array]:
         """Return the motion so far at each sample, or where it stands if no sample was reached,
@@ -195,5 +199,6 @@ class CoarseRun:
         if run.failure is not None:
             return np.zeros_like(self.motion.moved)
         mean_speeds = self.motion.way / (run.t - self._problem.start)
-        farthest = self.motion.moved[: len(mean_speeds)]
-        return unsampled_motion(self._problem, shown, np.concatenate([farthest, mean_speeds]))
+        moved = self.motion.moved.copy()
+        moved[self._problem.layout.velocities] = mean_speeds
+        return unsampled_motion(self._problem, shown, moved)

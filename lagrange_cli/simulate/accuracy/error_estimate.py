@@ -53,9 +53,10 @@ class RunningEstimate:
 
     def __init__(self, problem: InitialValueProblem, eps: float, start: Array) -> None:
         self._problem, self._eps, self._n, self._seen = problem, eps, len(problem.kinds), 0
+        self._size = problem.layout.size
         self._start = start[: self._n]
         #: Largest errors, motions and speeds, and sizes of coordinates so far.
-        self._largest = np.zeros(5 * self._n)
+        self._largest = np.zeros(2 * self._size + self._n)
         self._estimate: ErrorEstimate | None = None
 
     def add(self, states: Array, errors: Array, event_errors: Array) -> None:
@@ -77,7 +78,7 @@ class RunningEstimate:
         """Take so many further samples if the last one holds the accuracy: none before it matters.
 
         ``compare`` brings the largest errors, motions and speeds, and sizes of coordinates up to
-        date, shape (5n,). False where the last sample does not hold; then nothing is taken.
+        date, shape (2·2n + n,). False where the last sample does not hold; then nothing is taken.
         """
         largest = self._largest.copy()
         compare(largest)
@@ -85,10 +86,10 @@ class RunningEstimate:
 
     def _take(self, rows: Array, samples: int, event_errors: Array) -> bool:
         """Take samples by what is largest up to each, or up to the last if that one holds."""
-        n, largest = self._n, rows[-1].copy()
-        errors = rows[:, : 2 * n]
-        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(rows[:, 4 * n :]))
-        scales = scales_from(self._problem, rows[:, 2 * n : 3 * n], rows[:, 3 * n : 4 * n])
+        n, size, largest = self._n, self._size, rows[-1].copy()
+        errors, moved, sizes = np.split(rows, [size, 2 * size], axis=1)
+        errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(sizes))
+        scales = scales_from(self._problem, moved)
         each = errors / scales
         ratios = np.maximum(each.max(axis=1), event_errors)
         if not self._seen and len(rows) == samples:

@@ -173,7 +173,7 @@ def contacts_near_end(
     The times if what y shows goes on, and how much earlier they may be.
     """
     gaps, n = rhs.gaps(t, y), len(errors)
-    speeds, sizes = gaps.speeds(y[n:])
+    speeds, sizes = gaps.speeds(y[n : 2 * n])
     noise = gaps.noise(errors)
     falls = (speeds < -TOUCHING * sizes) & (np.abs(gaps.values) <= noise) & ~np.array(closed)
     times = t - gaps.values[falls] / speeds[falls]

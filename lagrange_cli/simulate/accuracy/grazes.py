@@ -62,17 +62,18 @@ class Grazes:
         n, speed = len(dip.gradient), np.sqrt(2 * dip.bend * depth)
         change = np.abs(self._impact(dip, speed))
         allowed = _NEGLIGIBLE * self.eps * self.scales
-        negligible = (change <= allowed[n:]) & (change * (self.end - dip.t) <= allowed[:n])
+        speeds, places = allowed[n : 2 * n], allowed[:n]
+        negligible = (change <= speeds) & (change * (self.end - dip.t) <= places)
         return not bool(negligible.all())
 
     def _impact(self, dip: NearContact, speed: float) -> Array:
         """Return the change of velocities at an impact of some speed, shape (n,)."""
         n, y = len(dip.gradient), dip.y.copy()
-        gaps = self.rhs.gaps(dip.t, y)
-        off = float(gaps.speeds(y[n:])[0][dip.contact]) + speed
-        y[n:] -= dip.gradient * off / (dip.gradient @ dip.gradient)
+        gaps, velocities = self.rhs.gaps(dip.t, y), y[n : 2 * n]
+        off = float(gaps.speeds(velocities)[0][dip.contact]) + speed
+        velocities -= dip.gradient * off / (dip.gradient @ dip.gradient)
         after, _ = self.rhs.reset(dip.t, y, dip.closed, dip.contact, 1.0)
-        return np.full(n, np.inf) if after is None else after[n:] - y[n:]
+        return np.full(n, np.inf) if after is None else after[n : 2 * n] - velocities
 
 
 def first_graze(

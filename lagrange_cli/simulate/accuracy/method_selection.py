@@ -82,8 +82,8 @@ def noise_of_steps(
     h = lengths[:, None]
     noise = h * change
     noise[~np.isfinite(noise)] = 0.0
-    n = states.shape[1] // 2
-    noise[:, :n] += h * noise[:, n:]
+    layout = problem.layout
+    noise[:, layout.positions] += h * noise[:, layout.velocities]
     return noise
 
 
@@ -228,8 +228,7 @@ class CoarseResult:
     def scales_so_far(self, problem: InitialValueProblem, samples: NDArray[np.int_]) -> Array:
         """Return the scales within some numbers of samples (m,), shape (m, 2n)."""
         largest = self.largest[np.minimum(self._own(samples), len(self.largest)) - 1]
-        n = len(problem.kinds)
-        return scales_from(problem, largest[:, :n], largest[:, n:])
+        return scales_from(problem, largest)
 
     def _own(self, samples: NDArray[np.int_]) -> NDArray[np.int_]:
         """Return the numbers of coarse samples within numbers of samples."""

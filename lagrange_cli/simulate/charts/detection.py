@@ -77,7 +77,7 @@ def first_passage(
     for number, singularity in enumerate(model.singular):
         if near.moves[number]:
             closest = near.closest[number]
-            unresolved = _unresolved(factors, times[closest], states[closest], number)
+            unresolved = _unresolved(model, factors, times[closest], states[closest], number)
             if unresolved > (accuracy or NEAR_SINGULAR):
                 passed.setdefault(number, closest)
                 passed[number] = min(passed[number], closest)
@@ -142,12 +142,12 @@ def _barred(
     return passed, near
 
 
-def _unresolved(factors: Table, t: float, state: Array, number: int) -> float:
+def _unresolved(model: Model, factors: Table, t: float, state: Array, number: int) -> float:
     """Return the relative change of a factor by the last places of coordinates.
 
     All runs that estimate the error hold coordinates there with the same few bits.
     """
-    n = len(state) // 2
+    n = len(model.coordinates)
     moved_states = [state + row for row in np.diag(np.spacing(np.abs(state)))[:n]]
     times = np.full(n + 1, t)
     factor, *moved = factors(times, np.array([state, *moved_states]))[:, number].tolist()

@@ -228,6 +228,7 @@ class Integrator(ABC):
     last_step: float = 0.0
     remade: int = 0
     _projection: Projection | None = None
+    _states: int = 0
     _search: EventSearch | None = None
     _observed: ObservedMotion | None = None
     _loosened: Control | None = None
@@ -385,7 +386,8 @@ class Integrator(ABC):
 
     def _counted(self, rhs: Rhs) -> Rhs:
         """Count the calls of a right-hand side; its projection is kept."""
-        self._projection = structured(rhs).project
+        structure = structured(rhs)
+        self._projection, self._states = structure.project, structure.states
 
         def counted(t: float, y: Array) -> Array:
             self.evaluations += 1

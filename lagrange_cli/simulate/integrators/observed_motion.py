@@ -109,9 +109,10 @@ class ObservedMotion:
         nor cut by an event.
         """
         n, h = len(self.way), t - start
-        slower = np.minimum(np.abs(before[n:]), np.abs(after[n:]))
+        slower = np.minimum(np.abs(before[n : 2 * n]), np.abs(after[n : 2 * n]))
         self.way += np.maximum(np.abs(after[:n] - before[:n]), slower * h)
-        seen = np.concatenate([np.abs(after[:n] - self.origin), np.abs(after[n:])])
+        seen = np.abs(after)
+        seen[:n] = np.abs(after[:n] - self.origin)
         np.fmax(self.moved, seen, out=self.moved)
         self.scales[:] = self._scales_of(self.moved)
         self.extend([t], [h])
@@ -133,7 +134,7 @@ class ObservedMotion:
     def approach(self, y: Array, h: float) -> None:
         """Note the distance from the origin of a state, or of its step, relative to the scales."""
         n = len(self.way)
-        sizes = np.maximum(np.abs(y[:n]), h * np.abs(y[n:]))
+        sizes = np.maximum(np.abs(y[:n]), h * np.abs(y[n : 2 * n]))
         for kind in range(int(self.kind.max(initial=-1)) + 1):
             alike = self.kind == kind
             size = sizes[alike].max() / self.scales[:n][alike].max()

@@ -118,12 +118,15 @@ class StructuredRhs(ABC):
         Numbers of its inputs, piece by piece; None if it has no inputs, or those of one piece.
     surfaces
         Its switching surfaces; None if it is smooth.
+    states
+        Number of states of first order behind the velocities.
     """
 
     project: Projection | None = None
     shift: Shift | None = None
     pieces: InputPieces | None = None
     surfaces: Surfaces | None = None
+    states: int = 0
 
     @abstractmethod
     def __call__(self, t: float, y: Array) -> Array:

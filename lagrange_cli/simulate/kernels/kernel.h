@@ -52,19 +52,19 @@ typedef struct {
     int64_t remade; /* steps that were made again */
 } lagrange_landmarks;
 
-/* What is seen of a motion step by step (observed.c); n coordinates. */
+/* What is seen of a motion step by step (observed.c), of n coordinates and N numbers of a state. */
 typedef struct {
     const double *origin; /* n: where it began */
     const double *angle;  /* n: not 0 for angles */
     const int64_t *kind;  /* n: number of its kind, from 0 */
-    double *moved;        /* 2 n: largest distances from there, and largest speeds */
-    double *scales;       /* 2 n: of the motion so far */
+    double *moved;        /* N: largest distances from there, and largest speeds */
+    double *scales;       /* N: of the motion so far */
     double *way;          /* n: how far each coordinate went, back and forth */
     double *closest;      /* n: least distance from the origin in short steps, over its scale */
     double *ends;         /* the ends of steps, as many as there is room for, */
     double *lengths;      /* and their lengths */
     double *size;         /* n, and */
-    double *state;        /* 2 n: workspace */
+    double *state;        /* N: workspace */
     double tolerance;     /* absolute tolerances over scales, */
     double least;         /* and the least of them */
     double span;          /* of the whole run */
@@ -73,6 +73,7 @@ typedef struct {
     double nearest;       /* closer than this the run ends */
     double slowest;       /* so does one that comes no further in `window` steps */
     double since;         /* time at which these began */
+    int64_t coordinates;  /* n */
     int64_t recorded;     /* steps in these */
     int64_t passed;       /* steps in all */
     int64_t settling;     /* first steps, whose lengths say nothing */

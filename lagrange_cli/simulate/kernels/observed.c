@@ -14,8 +14,8 @@ static double magnitude(const lagrange_observed *o, int64_t i)
     return o->angle[i] != 0 ? 1.0 : o->moved[i];
 }
 
-/* Scales of the motion so far, those of speeds behind those of coordinates. */
-static void measure(lagrange_observed *o, int64_t n)
+/* Scales of the motion so far: of coordinates, of speeds, of states of first order. */
+static void measure(lagrange_observed *o, int64_t n, int64_t size)
 {
     int64_t i;
     for (i = 0; i < n; ++i) {
@@ -30,6 +30,9 @@ static void measure(lagrange_observed *o, int64_t n)
         const double scale = fmax(magnitude(o, i), BESIDE_OTHERS*largest);
         o->scales[i] = largest == 0.0 ? 1.0 : scale;
         o->scales[n + i] = fmax(o->moved[n + i], o->scales[i]/o->span);
+    }
+    for (i = 2*n; i < size; ++i) {
+        o->scales[i] = o->moved[i] == 0.0 ? 1.0 : o->moved[i];
     }
 }
 
@@ -57,7 +60,7 @@ static void approach(lagrange_observed *o, const double *y, double h, int64_t n)
 void lagrange_observe(lagrange_run *run)
 {
     lagrange_observed *const o = run->observed;
-    const int64_t n = DIM(run)/2;
+    const int64_t n = o->coordinates;
     const double *const old = lagrange_row(run, START_HI), *const rest = lagrange_row(run, START_LOW);
     const double *const hi = lagrange_row(run, HI), *const low = lagrange_row(run, LOW);
     const double h = run->t - run->t_old;
@@ -73,8 +76,12 @@ void lagrange_observe(lagrange_run *run)
         o->moved[i] = fmax(o->moved[i], fabs(here - o->origin[i]));
         o->moved[n + i] = fmax(o->moved[n + i], fabs(last));
     }
-    measure(o, n);
-    for (i = 0; i < 2*n; ++i) {
+    for (i = 2*n; i < DIM(run); ++i) {
+        o->state[i] = hi[i] + low[i];
+        o->moved[i] = fmax(o->moved[i], fabs(o->state[i]));
+    }
+    measure(o, n, DIM(run));
+    for (i = 0; i < DIM(run); ++i) {
         run->atol[i] = fmax(o->tolerance*o->scales[i], o->least);
     }
     o->ends[o->recorded] = run->t;

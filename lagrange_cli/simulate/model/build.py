@@ -138,7 +138,7 @@ def _model_of(equations: Equations) -> Model:
             ModelParameter(p.name, p.value, p.name not in unused, p.decimal)
             for p in equations.system.parameters
         ),
-        initial=None if initial is None else (*initial.positions, *initial.velocities),
+        initial=None if initial is None else initial.numbers,
         initial_decimals=() if initial is None else initial.decimals,
         defaults=equations.system.simulate,
         conserved=tuple(c.kind for c in equations.derivation.conserved),

@@ -16,6 +16,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.scene.conditions import SimulationDefaults
 from lagrange_cli.simulate.model.labels import Labels
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.files import Recording
@@ -250,7 +251,12 @@ class Model:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of a state: coordinates, then their ``dot``."""
-        return (*self.coordinates, *(f"dot({name})" for name in self.coordinates))
+        return self.layout.names(self.coordinates)
+
+    @property
+    def layout(self) -> StateLayout:
+        """Layout of the state vector."""
+        return StateLayout(len(self.coordinates))
 
     @property
     def output_count(self) -> int:

@@ -55,23 +55,20 @@ def with_further_outputs(equations: Equations, names: Collection[str]) -> Equati
     return equations
 
 
-def output_names(kind: str, number: int, coordinates: int) -> tuple[str, ...]:
-    """Name the outputs of a value: itself, then its 2n derivatives by the state."""
+def output_names(kind: str, number: int, size: int) -> tuple[str, ...]:
+    """Name the outputs of a value: itself, then its derivatives by the ``size`` numbers of y."""
     # No name of a scene has a blank.
-    return (f"{kind} {number}", *(f"{kind} {number} by {i}" for i in range(2 * coordinates)))
+    return (f"{kind} {number}", *(f"{kind} {number} by {i}" for i in range(size)))
 
 
 def with_values(equations: Equations, kind: str, values: Sequence[Expr]) -> Equations:
     """Return equations whose outputs include those of :func:`output_names` for each value."""
     from lagrange_cli.mechanics.algebra.derivatives import derivative
 
-    state = [
-        *(c.q for c in equations.system.coordinates),
-        *(c.v for c in equations.system.coordinates),
-    ]
+    state = equations.system.state_symbols
     outputs: list[tuple[str, Expr]] = []
     for number, value in enumerate(values):
-        names = output_names(kind, number, len(equations.system.coordinates))
+        names = output_names(kind, number, len(state))
         expressions = [value, *(derivative(value, symbol) for symbol in state)]
         outputs += zip(names, expressions, strict=True)
     return replace(
@@ -128,9 +125,9 @@ def read_reduction(text: str, source: str = "--reduce") -> Reduction:
     return Reduction(text, source, called[1], *called.span(2))
 
 
-def reduction_outputs(number: int, coordinates: int) -> tuple[str, ...]:
-    """Name the outputs of a reduction: its value, then the 2n derivatives by the state."""
-    return output_names("reduced", number, coordinates)
+def reduction_outputs(number: int, size: int) -> tuple[str, ...]:
+    """Name the outputs of a reduction: its value, then its derivatives by the numbers of y."""
+    return output_names("reduced", number, size)
 
 
 def with_reductions(equations: Equations, reductions: Sequence[Reduction]) -> Equations:
@@ -172,9 +169,9 @@ class WrittenCondition(WrittenText):
     rule: ClassVar[str] = "section"
 
 
-def section_outputs(conditions: int, coordinates: int) -> tuple[tuple[str, ...], ...]:
-    """Name the outputs: for each condition its value, then the 2n derivatives by the state."""
-    return tuple(output_names("section", k, coordinates) for k in range(conditions))
+def section_outputs(conditions: int, size: int) -> tuple[tuple[str, ...], ...]:
+    """Name the outputs: for each condition its value, then the derivatives by y."""
+    return tuple(output_names("section", k, size) for k in range(conditions))
 
 
 def with_section(equations: Equations, condition: WrittenCondition) -> Equations:

@@ -35,8 +35,10 @@ def constraint_force_columns(
 
 def _known(model: Model, functions: RightHandSide, t: Array, states: Array) -> Array:
     """Evaluate what forces read besides the state: parameters, accelerations, multipliers."""
-    n = len(model.coordinates)
-    slopes = [functions.rhs(*state)[n:] for state in zip(t.tolist(), states, strict=True)]
+    n, accelerations = len(model.coordinates), model.layout.velocities
+    slopes = [
+        functions.rhs(*state)[accelerations] for state in zip(t.tolist(), states, strict=True)
+    ]
     rows = np.tile(model.numbers, (len(t), 1)).reshape(len(t), len(model.parameters))
     return np.hstack([rows, np.reshape(slopes, (len(t), n)), functions.multipliers(t, states)])
 

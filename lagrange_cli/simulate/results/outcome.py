@@ -239,9 +239,9 @@ def _reaching_zero(model: Model, failure: Failure, ahead: float, request: Reques
     """Return what is declared positive and would not be so a short time ahead, or None."""
     if failure.state is None or not model.positive:
         return None
-    ahead, n = max(ahead, _STEPS_AHEAD * (request.step or 0.0)), len(model.coordinates)
+    ahead, layout = max(ahead, _STEPS_AHEAD * (request.step or 0.0)), model.layout
     moved = failure.state.copy()
-    moved[:n] += ahead * moved[n:]
+    moved[layout.positions] += ahead * moved[layout.velocities]
     later = positive_values(model)(failure.time + ahead, moved)
     return next((name for name, x in zip(model.positive, later, strict=True) if not x > 0), None)
 

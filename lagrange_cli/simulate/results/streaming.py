@@ -73,7 +73,7 @@ def buffers(
     InputError
         The disk has not that much space.
     """
-    width = 2 * len(model.coordinates)
+    width = model.layout.size
     columns = 0 if stream.output is None else 1 + width + 2 * len(model.cartesian)
     folder = buffer_folder(stream.output if checkpoint is None else checkpoint.path)
     if checkpoint is None or not checkpoint.resume:

@@ -18,6 +18,7 @@ from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.samples import Grid, MemoryBuffer, RowSequence, SampleBuffer, windows
 from lagrange_cli.simulate.system.rounding import in_arithmetic, off_by_one_ulp
 from lagrange_cli.simulate.system.singular_guard import positive_values
+from lagrange_cli.state_layout import StateLayout
 
 #: A coordinate that moves less than this part of the largest of its kind, or of its own motion
 #: between the samples, is measured by the larger one. The number is part of the promise
@@ -89,6 +90,11 @@ class InitialValueProblem:
     buffer: Callable[[], SampleBuffer] | None = None
     unsampled: Array | None = None
     landmarks: NativeLandmarks | None = None
+
+    @cached_property
+    def layout(self) -> StateLayout:
+        """Layout of y."""
+        return StateLayout(len(self.kinds), len(self.y0) - 2 * len(self.kinds))
 
     def start_off(self, pattern: int) -> Array:
         """Return y0 in the numbers that rhs computes with; moved by one unit in the last place
@@ -175,14 +181,14 @@ class RunningScales:
 
     def __init__(self, problem: InitialValueProblem, start: Array) -> None:
         self._problem, self._start = problem, start[: len(problem.kinds)]
-        self._largest = np.zeros(2 * len(problem.kinds))
+        self._largest = np.zeros(len(start))
 
     def add(self, states: Array) -> Array:
         """Add samples (m, 2n); return the scales so far at each, shape (m, 2n)."""
         rows = np.maximum.accumulate(motion(self._start, states), axis=0)
         rows = np.maximum(rows, self._largest)
-        self._largest, n = rows[-1].copy(), len(self._start)
-        return scales_from(self._problem, rows[:, :n], rows[:, n:])
+        self._largest = rows[-1].copy()
+        return scales_from(self._problem, rows)
 
 
 def motion(start: Array, states: Array) -> Array:
@@ -194,8 +200,7 @@ def motion(start: Array, states: Array) -> Array:
 
 def moved_scales(problem: InitialValueProblem, moved: Array) -> Array:
     """Return the scales of largest motions and speeds, both of shape (2n,)."""
-    n = len(problem.kinds)
-    return np.asarray(scales_from(problem, moved[None, :n], moved[None, n:])[0])
+    return np.asarray(scales_from(problem, moved[None])[0])
 
 
 def last_scales(problem: InitialValueProblem, states: RowSequence) -> Array:
@@ -206,19 +211,24 @@ def last_scales(problem: InitialValueProblem, states: RowSequence) -> Array:
     return last
 
 
-def scales_from(problem: InitialValueProblem, largest: Array, speed: Array) -> Array:
-    """Return the scales of largest motions and largest speeds, both (m, n), shape (m, 2n)."""
-    n = len(problem.kinds)
-    largest = np.where(problem.angles, 1.0, largest)
-    scales = np.empty((len(largest), 2 * n))
+def scales_from(problem: InitialValueProblem, moved: Array) -> Array:
+    """Return the scales of largest motions and speeds, shape (m, 2n) each."""
+    n, velocities = len(problem.kinds), problem.layout.velocities
+    largest, speed = np.where(problem.angles, 1.0, moved[:, :n]), moved[:, velocities]
+    scales = np.empty(moved.shape)
     unsampled = problem.unsampled
     of_kind = largest.copy() if unsampled is None else np.maximum(largest, unsampled[:n])
     for alike in groups(problem.kinds):
         of_kind[:, alike] = of_kind[:, alike].max(axis=1, keepdims=True)
     scales[:, :n] = np.maximum(largest, _SMALL_BESIDE_OTHERS * of_kind) + (of_kind == 0)
     if unsampled is not None:
-        speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[n:])
-    np.maximum(speed, scales[:, :n] / problem.span, out=scales[:, n:])
+        speed = np.maximum(speed, _SMALL_BESIDE_OTHERS * unsampled[velocities])
+    np.maximum(speed, scales[:, :n] / problem.span, out=scales[:, velocities])
+    states = problem.layout.first_order
+    sizes = moved[:, states]
+    if unsampled is not None:
+        sizes = np.maximum(sizes, _SMALL_BESIDE_OTHERS * unsampled[states])
+    scales[:, states] = sizes + (sizes == 0)
     return scales
 
 
@@ -242,7 +252,8 @@ def unsampled_motion(problem: InitialValueProblem, shown: Array, moved: Array) -
     hidden = shown < _SMALL_BESIDE_OTHERS * moved
     if hidden.any():
         rests = moved[:n] <= _ROUNDING_ULPS * ulps(problem.y0[:n])
-        hidden &= ~np.concatenate([rests, rests])
+        hidden[:n] &= ~rests
+        hidden[problem.layout.velocities] &= ~rests
     return np.where(hidden, moved, 0.0)
 
 

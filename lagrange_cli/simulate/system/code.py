@@ -48,6 +48,9 @@ class ModelCode(ABC):
     Functions read their ``parameters`` anew at each call of a table.
     """
 
+    #: Number of coordinates of the model.
+    coordinates: int
+
     @abstractmethod
     def side(self, name: str, parameters: Array) -> StructuredRhs:
         """Return a right-hand side; its states obey the closure equations."""
@@ -84,6 +87,7 @@ class NativeCode(ModelCode):
 
     def __init__(self, libraries: Libraries, pattern: int, guards: Array | None = None) -> None:
         self._libraries, self._pattern, self._guards = libraries, pattern, guards
+        self.coordinates = len(libraries.model.coordinates)
         # Memory in which states are handed over, made at the first reset.
         self._state = self._parameters = self._work = np.empty(0)
         self._places: tuple[int, ...] = ()
@@ -99,7 +103,7 @@ class NativeCode(ModelCode):
         return partial(function.table, columns=columns)
 
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
-        width = 2 * len(self._libraries.model.coordinates)
+        width = self._libraries.model.layout.size
         function = self._libraries.function(name, self._pattern, parameters)
         return native_state_function(function, width, columns)
 
@@ -143,6 +147,7 @@ class InterpretedCode(ModelCode):
         guard: Callable[[StructuredRhs], StructuredRhs] = lambda rhs: rhs,
     ) -> None:
         self._functions, self._pieces, self._guard = functions, pieces, guard
+        self.coordinates = len(model.coordinates)
         self._model, self._known = model, len(parameter_values(model))
 
     def _constrained(self, name: str, parameters: Array, kind: str) -> StructuredRhs:

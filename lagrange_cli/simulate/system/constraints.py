@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def projection(
 
     def project(t: float, y: Array) -> Array:
         state = np.asarray(y, float).tolist()
-        n, closures = len(state) // 2, _ClosuresAt(t, bound)
+        n, closures = sizes["velocity_change"], _ClosuresAt(t, bound)
         change = [0.0] * n
         led = all(map(math.isfinite, state))
         if led and "position_error" in sizes:
@@ -55,7 +56,7 @@ def projection(
         if led:
             m = sizes["velocity_error"] // 2
             led = lead_velocities(n, m, closures, state, [0.0] * (2 * m), change)
-        return np.array(state) if led else np.full(2 * n, np.nan)
+        return np.array(state) if led else np.full(len(state), np.nan)
 
     return project
 
@@ -141,6 +142,11 @@ class Impacts:
     first: int
     count: int
 
+    @cached_property
+    def n(self) -> int:
+        """The number of coordinates."""
+        return self.functions["impulse"].size
+
     def _values(self, name: str, flags: Any = None, targets: Any = None) -> Any:
         p = list(self.parameters)
         if flags is not None:
@@ -187,7 +193,7 @@ class Impacts:
         gap, near = _require_finite(self._values("gaps")).reshape(2, u)
         table = self._gap_table()
         gradient, rate = table[:2]
-        v = self.y[len(self.y) // 2 :]
+        v = self.y[self.n : 2 * self.n]
         speed, size = gradient @ v + rate, np.abs(gradient) @ np.abs(v) + np.abs(rate)
         # What closes within the rounding error of the time closes now.
         near = RATE_TOLERANCE * near - _TIME_ROUNDING * abs(self.t) * np.minimum(speed, 0.0)
@@ -205,7 +211,7 @@ class Impacts:
 
     def _gap_table(self) -> tuple[Array, ...]:
         """Evaluate gradients of the gaps by rows, then rates, biases and restitutions."""
-        u, n = self.count, len(self.y) // 2
+        u, n = self.count, self.n
         terms = _require_finite(self._values("gap_terms"))
         return terms[: u * n].reshape(u, n), *terms[u * n :].reshape(3, u)
 
@@ -238,7 +244,7 @@ class Impacts:
         # The least rate after the impact, and that of active contacts.
         least = -bounce * restitution * np.minimum(speed, 0.0)
         flags = _pushing(d, speed - least, size, closed)
-        v = self.y[len(self.y) // 2 :]
+        v = self.y[self.n : 2 * self.n]
         # A second time for what rounding has left of the first.
         for _ in range(2):
             targets = least - gradient @ v - rate
@@ -253,7 +259,7 @@ class Impacts:
     def _settled(self, d: Array, closed: _Flags) -> Array:
         """Find the contacts among closed ones that have to push now (1, else 0)."""
         gradient, _, bias, _ = self._gap_table()
-        a = _require_finite(self._values("rhs"))[len(self.y) // 2 :]
+        a = _require_finite(self._values("rhs"))[self.n : 2 * self.n]
         w, size = gradient @ a + bias, np.abs(gradient) @ np.abs(a) + np.abs(bias)
         flags = _pushing(d, w, size, closed).astype(float)
         if flags.any():

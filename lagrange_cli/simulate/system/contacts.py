@@ -39,7 +39,7 @@ class ContactRhs(HybridRhs):
         contacts: int,
         surfaces: Callable[[Array], Surfaces] | None = None,
     ) -> None:
-        self.free = (False,) * contacts
+        self.free, self._n = (False,) * contacts, code.coordinates
         self._flight, self._code, self._name = flight, code, name
         self._parameters, self._flags = parameters, slice(first, first + contacts)
         self._sides: dict[ContactMode, Rhs] = {self.free: flight}
@@ -81,7 +81,7 @@ class ContactRhs(HybridRhs):
         return TerminalEvents(values, signs, noise, native, reach)
 
     def gaps(self, t: float, y: Array) -> Gaps:
-        count, n, place = len(self.free), len(y) // 2, np.asarray(y, dtype=float).tobytes()
+        count, n, place = len(self.free), self._n, np.asarray(y, dtype=float).tobytes()
         # An event asks for them several times.
         if self._known is not None and self._known[:2] == (t, place):
             return self._known[2]

@@ -56,7 +56,7 @@ def _reading(trace: Tracer, count: int) -> Tracer:
 
 def _sources(model: Model, real: NativeReal) -> list[CSource]:
     """Return the C of a system, and of its integrators."""
-    code, stepping = model.code, stepping_source(len(model.coordinates))
+    code, stepping = model.code, stepping_source(model.layout.size)
     if real is DOUBLE:
         return [system_source(code), stepping]
     wide, integrators = (

@@ -29,6 +29,6 @@ def system_source(code: Code) -> CSource:
     return CSource({"system.c": code.c + code.lanes, **kernels.kernel_headers()}, options)
 
 
-def stepping_source(coordinates: int) -> CSource:
-    """Return what is compiled for a system of so many coordinates."""
-    return CSource(kernels.kernel_files("stepping"), kernels.kernel_options(2 * coordinates))
+def stepping_source(size: int) -> CSource:
+    """Return what is compiled for a system whose states have so many numbers."""
+    return CSource(kernels.kernel_files("stepping"), kernels.kernel_options(size))

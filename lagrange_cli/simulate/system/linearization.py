@@ -34,7 +34,7 @@ class LinearFunctions:
     """
 
     def __init__(self, equations: Equations) -> None:
-        self._n, self._driven = len(equations.system.coordinates), len(equations.system.inputs)
+        self._layout, self._driven = equations.system.layout, len(equations.system.inputs)
         self._rows = len(equations.system.outputs)
         derivatives = derivative_programs(equations, jacobian=False, linearization=True)
         programs = {"rhs": program_of(equations, "rhs"), **derivatives}
@@ -66,11 +66,12 @@ class LinearFunctions:
         t, y, u
             Shapes (m,), (m, 2n) and (m, inputs).
         """
-        n, m, driven = self._n, len(t), self._driven
+        layout, m, driven = self._layout, len(t), self._driven
+        n, size = layout.coordinates, layout.size
         whole = {
-            "A": np.zeros((m, 2 * n, 2 * n)),
-            "B": np.zeros((m, 2 * n, driven)),
-            "C": np.zeros((m, self._rows or n, 2 * n)),
+            "A": np.zeros((m, size, size)),
+            "B": np.zeros((m, size, driven)),
+            "C": np.zeros((m, self._rows or n, size)),
             "D": np.zeros((m, self._rows or n, driven)),
         }
         whole["A"][:, range(n), range(n, 2 * n)] = 1.0

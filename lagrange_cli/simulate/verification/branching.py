@@ -150,12 +150,12 @@ def _branches(
     problem: InitialValueProblem, measured: Measured, before: int, eps: float, watch: Watch
 ) -> bool:
     """Tell if motions from states beside that of a sample come to other ends."""
-    n, y = len(problem.kinds), measured.states[before]
+    layout, y = problem.layout, measured.states[before]
     sizes = np.abs(measured.states[: before + 1]).max(axis=0)
     moves = max(_LEAST, _PART * measured.estimate) * sizes
     times = np.linspace(float(problem.times[before]), problem.until, _SAMPLES)
     ends = []
-    for part in (slice(0, 0), slice(0, n), slice(n, 2 * n)):
+    for part in (slice(0, 0), layout.positions, layout.velocities):
         # Velocities away from zero, or towards it: with more energy, or less.
         sense = np.where(y[part] < 0, -1.0, 1.0)
         for sign in (1.0, -1.0) if part.stop else (1.0,):

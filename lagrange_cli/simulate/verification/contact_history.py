@@ -22,6 +22,7 @@ from lagrange_cli.simulate.system.contacts import ContactRhs
 from lagrange_cli.simulate.system.functions import RightHandSide
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.verification.drifts import constraint_drift
+from lagrange_cli.state_layout import StateLayout
 
 #: Depth of a negative gap that disproves an accuracy, as a multiple of its first-order effect.
 _MARGIN = 8.0
@@ -44,6 +45,8 @@ class MotionFunctions:
         Time and contacts of the first impact that adds energy; None if none does.
     drift
         Measure of :func:`.drifts.constraint_drift`.
+    layout
+        Layout of a state.
     """
 
     functions: RightHandSide
@@ -51,6 +54,7 @@ class MotionFunctions:
     lost: Callable[[Array], Array]
     gained: tuple[float, tuple[int, ...]] | None
     drift: Callable[[RowSequence, RowSequence, Array], float | None]
+    layout: StateLayout
 
 
 def functions_along(
@@ -65,6 +69,7 @@ def functions_along(
             lambda t: np.zeros(len(t)),
             None,
             partial(constraint_drift, functions.constraints) if model.residuals else _no_drift,
+            model.layout,
         )
     history = _History(measured.switches, measured.began or rhs.free)
     count = len(model.multipliers) + len(rhs.free)
@@ -87,7 +92,8 @@ def functions_along(
 
     steps = _energy_steps(functions.energy, rhs, measured.switches)
     gains = ((s.t, s.contacts) for s in steps if s.change > TOUCHING * s.size)
-    return MotionFunctions(moving, rhs, _sums(steps, start), min(gains, default=None), drift)
+    first_gain = min(gains, default=None)
+    return MotionFunctions(moving, rhs, _sums(steps, start), first_gain, drift, model.layout)
 
 
 def _no_drift(t: RowSequence, y: RowSequence, scales: Array) -> float | None:
@@ -212,7 +218,7 @@ def first_penetration(
     """
     first = 0
     for times, part in windows(t, states):
-        penetration = _penetration(rhs, times, part, accuracy * scales[: part.shape[1] // 2])
+        penetration = _penetration(rhs, times, part, accuracy * scales)
         if penetration is not None:
             return first + penetration[0], penetration[1]
         first += len(part)
@@ -222,14 +228,15 @@ def first_penetration(
 def _penetration(
     rhs: ContactRhs, t: Array, states: Array, errors: Array
 ) -> tuple[int, tuple[int, ...]] | None:
-    """Find the first penetration among a few samples, known to ``errors``, shape (n,)."""
+    """Find the first penetration among a few samples, known to ``errors``, shape (2n,)."""
     count = len(rhs.free)
     every = rhs.table("gaps", 2 * count, rhs.free)(t, states)
     # Most of those that are negative are so by rounding.
     negative = every[:, :count] < -_MARGIN * (TOUCHING * every[:, count:])
     for k in np.flatnonzero(negative.any(axis=1)).tolist():
         gaps = rhs.gaps(float(t[k]), states[k])
-        violated = np.flatnonzero(gaps.values < -_MARGIN * gaps.noise(errors))
+        noise = gaps.noise(errors[: gaps.coordinates])
+        violated = np.flatnonzero(gaps.values < -_MARGIN * noise)
         if len(violated):
             return int(k), tuple(violated.tolist())
     return None

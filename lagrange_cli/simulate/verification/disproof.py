@@ -154,7 +154,7 @@ def energy_is_conserved(model: Model) -> bool:
 def energies(seen: MotionFunctions, t: Array, states: Array) -> tuple[Array, Array]:
     """Evaluate the energy at the samples, and its part that depends on velocities."""
     still = states.copy()
-    still[:, states.shape[1] // 2 :] = 0.0
+    still[:, seen.layout.velocities] = 0.0
     total = seen.functions.energy(t, states)[:, 0]
     return total, total - seen.functions.energy(t, still)[:, 0]
 

@@ -93,7 +93,7 @@ class UnboundedSlopes:
 
         for _ in range(_MOST_STEPS):
             here = value(place)
-            moves = _FINE * np.concatenate([_sizes(y[: self.n]), _sizes(y[self.n :])])
+            moves = _FINE * self._sizes(y)
             up = np.array([value(place + move) for move in np.diag(moves)])
             gradient = (up - here) / moves
             square = float(gradient @ gradient)
@@ -106,11 +106,11 @@ class UnboundedSlopes:
         """Tell whether each argument is zero, and both its rates, but for rounding."""
         slopes = [side(t, y) for side in self.sides]
         n = self.n
-        rates = np.array([self.rates(t, y, slope[n:]) for slope in slopes])
+        rates = np.array([self.rates(t, y, slope[n : 2 * n]) for slope in slopes])
         # What a unit in the last place of each number of the state changes.
         moved = np.array(
             [
-                self.rates(t, y + step, slopes[0][n:])
+                self.rates(t, y + step, slopes[0][n : 2 * n])
                 for step in np.diag(_ZERO * np.maximum(np.abs(y), np.finfo(float).tiny))
             ]
         )
@@ -123,8 +123,7 @@ class UnboundedSlopes:
 
     def _directions(self, y: Array) -> Iterator[Array]:
         """Yield displacements of coordinates, or of velocities, by their size or 1."""
-        n = self.n
-        sizes = np.concatenate([_sizes(y[:n]), _sizes(y[n:])])
+        n, sizes = self.n, self._sizes(y)
         combined = max(1, int(np.log(_MOST_DIRECTIONS) / np.log(3)))
         for first in (0, n):
             axes = range(n) if n > combined else ()
@@ -135,6 +134,10 @@ class UnboundedSlopes:
             for k in axes:
                 for sign in (1, -1):
                     yield _placed([0] * k + [sign], first, sizes)
+
+    def _sizes(self, y: Array) -> Array:
+        n = self.n
+        return np.concatenate([_sizes(y[:n]), _sizes(y[n : 2 * n]), _sizes(y[2 * n :])])
 
     def _steeply(self, t: float, y: Array, direction: Array) -> bool:
         ratios, n = [], self.n
@@ -162,8 +165,8 @@ def _outward(rhs: Rhs, t: float, y: Array, step: Array, n: int) -> float:
     """Return the change of accelerations along a displacement of coordinates or velocities."""
     there, here = rhs(t, y + step), rhs(t, y)
     size = float(np.linalg.norm(step))
-    along = (step[:n] + step[n:]) / size
-    return float(along @ (there[n:] - here[n:]))
+    along = (step[:n] + step[n : 2 * n]) / size
+    return float(along @ (there - here)[n : 2 * n])
 
 
 def unbounded_slopes(model: Model, functions: RightHandSide) -> UnboundedSlopes | None:

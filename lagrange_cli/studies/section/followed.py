@@ -88,9 +88,8 @@ class FollowedMotion:
     @cached_property
     def names(self) -> tuple[tuple[str, ...], ...]:
         """Names of the columns of each condition: its value, and derivatives by the state."""
-        n = len(self.model.coordinates)
         conditions = sum(_is_value(name) for name in self.model.outputs)
-        return section_outputs(conditions, n)
+        return section_outputs(conditions, self.model.layout.size)
 
     @cached_property
     def scales(self) -> Array:

@@ -215,7 +215,7 @@ def reduced(
     )
     along = series_along(model, motions)
     assert along is not None
-    value, *gradient = reduction_outputs(0, 1)
+    value, *gradient = reduction_outputs(0, 2)
     expression = Expression(along, value, tuple(gradient))
     (number,), (off,) = REDUCTIONS[read_reduction(text).kind](expression)
     return float(number), float(off)

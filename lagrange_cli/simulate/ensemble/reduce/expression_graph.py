@@ -110,16 +110,16 @@ def outputs_of(model: Model, inputs: int) -> Outputs | None:
     """
     if model.driven:
         return None
-    sizes = len(model.coordinates), len(parameter_values(model)), inputs
+    sizes = model.layout.size, len(parameter_values(model)), inputs
     return _traced(model.code.functions, model.outputs, *sizes)
 
 
 @cache
 def _traced(
-    code: StoredFunctions, names: tuple[str, ...], n: int, parameters: int, inputs: int
+    code: StoredFunctions, names: tuple[str, ...], size: int, parameters: int, inputs: int
 ) -> Outputs | None:
-    t, *leaves = (Node("input") for _ in range(1 + 2 * n + parameters + inputs))
-    state, known, pieces = leaves[: 2 * n], leaves[2 * n :][:parameters], leaves[2 * n :]
+    t, *leaves = (Node("input") for _ in range(1 + size + parameters + inputs))
+    state, known, pieces = leaves[:size], leaves[size:][:parameters], leaves[size:]
     pieces = pieces[parameters:]
     called = over_objects(code, objects({name: partial(Node, name) for name in PROGRAM_FUNCTIONS}))
     try:

@@ -80,8 +80,8 @@ class Selector:
     @cached_property
     def _for_reductions(self) -> frozenset[str]:
         count = range(len(self.selection.reductions))
-        n = len(self.state) // 2
-        return frozenset(name for k in count for name in reduction_outputs(k, n))
+        size = len(self.state)
+        return frozenset(name for k in count for name in reduction_outputs(k, size))
 
     def numbers(self, columns: Mapping[str, Array]) -> dict[str, Array]:
         """Return the numbers that functions make of motions: name → values of shape (members,).
@@ -114,7 +114,7 @@ class Selector:
         for _, some in motions.in_turn(_MOST_PANELS):
             along = series_along(self.model, some)
             for k, reduction in enumerate(reductions):
-                value, *gradient = reduction_outputs(k, len(self.state) // 2)
+                value, *gradient = reduction_outputs(k, len(self.state))
                 result = np.full(len(some), np.nan), np.full(len(some), np.inf)
                 if along is not None and (ended or reduction.kind == "first"):
                     result = REDUCTIONS[reduction.kind](Expression(along, value, tuple(gradient)))

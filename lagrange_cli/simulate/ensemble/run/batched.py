@@ -131,7 +131,7 @@ def batched_members(
 def _sources(model: Model, real: NativeReal) -> list[CSource]:
     """Return the C of a model's series, and of their stepper."""
     headers = {name: text for name, text in kernels.batched_files().items() if name.endswith(".h")}
-    stepping, options = kernels.batched_files(), kernels.kernel_options(2 * len(model.coordinates))
+    stepping, options = kernels.batched_files(), kernels.kernel_options(model.layout.size)
     if real is DOUBLE:
         series = {"series.c": model.code.taylor + model.code.tables, **headers}
         return [CSource(series, options), CSource(stepping, options)]
@@ -364,7 +364,7 @@ class BatchedMembers:
     def _estimate(self, states: Array, companions: tuple[Array, ...], scales: Array) -> Array:
         """Estimate the largest error of each member over its scale, (m,); infinite if a companion
         does not reach the end."""
-        n = states.shape[2] // 2
+        n = len(self.problem.kinds)
         errors = self.samples.errors(states, companions, BATCHED.weights(len(companions)))
         largest = self.samples.extent(states, from_start=False)[:, :n]
         errors[:, :n] = np.maximum(errors[:, :n], FLOOR_ULPS * ulps(largest))
@@ -391,9 +391,8 @@ class BatchedMembers:
         return np.asarray(eps >= np.maximum(floors.max(axis=1), least))
 
     def _scales(self, states: Array) -> Array:
-        n = len(self.problem.kinds)
         extent = self.samples.extent(states, from_start=True)
-        return scales_from(self.problem, extent[:, :n], extent[:, n:])
+        return scales_from(self.problem, extent)
 
     # Functions along motions.
 

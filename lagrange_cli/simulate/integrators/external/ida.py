@@ -162,7 +162,7 @@ class IDA(Sundials):
         StepError
             Constraints are singular here, or cannot be met nearby.
         """
-        one, half = np.eye(len(self.y)), len(self.y) // 2
+        one, half = np.eye(len(self.y)), (len(self.y) - self._states) // 2
 
         def projected(y: Array) -> Array:
             return project(self.t, y) / self._scale
@@ -173,7 +173,7 @@ class IDA(Sundials):
             if _projects(derivative):
                 tangent = np.zeros_like(derivative)
                 with suppress(np.linalg.LinAlgError):
-                    for part in (slice(half), slice(half, None)):
+                    for part in (slice(half), slice(half, 2 * half), slice(2 * half, None)):
                         tangent[part, part] = _onto(derivative[part, part])
                     return tangent, (one - tangent) @ (one - derivative)
             # A component at 0 may have been moved by next to nothing.

@@ -140,8 +140,9 @@ class ContactMotion(HybridMotion):
 
     def _is_last(self, contact: int, between: Sequence[float]) -> bool:
         """Tell whether nothing is left behind bounces with these intervals."""
-        n, tolerances = len(self.y) // 2, self._tolerances
+        tolerances = self._tolerances
         gaps, speeds, _ = self._moving(self.y)
+        n = gaps.coordinates
         speed = float(speeds[contact])
         height = abs(speed) * between[-1]
         hidden = height <= gaps.noise(tolerances[:n])[contact]
@@ -150,7 +151,7 @@ class ContactMotion(HybridMotion):
             return True
         if len(between) < _SEQUENCE:
             return False
-        if hidden and abs(speed) <= np.abs(gaps.gradients[contact]) @ tolerances[n:]:
+        if hidden and abs(speed) <= np.abs(gaps.gradients[contact]) @ tolerances[n : 2 * n]:
             return True
         if not all(after < before for before, after in pairwise(between)):
             return False
@@ -162,7 +163,7 @@ class ContactMotion(HybridMotion):
     def _at_rest_on(self, contact: int) -> Array:
         """Close a contact that still rises as its bounces end; return the state."""
         gaps = self._rhs.gaps(self.t, self.y)
-        if gaps.speeds(self.y[len(self.y) // 2 :])[0][contact] <= 0:
+        if gaps.speeds_at(self.y)[0][contact] <= 0:
             return self.y
         closed = tuple(flag or k == contact for k, flag in enumerate(self._closed))
         project = structured(self._rhs.side(closed)).project
@@ -173,7 +174,7 @@ class ContactMotion(HybridMotion):
         """Evaluate the gaps at a state, their rates, and the sizes of the sums behind these."""
         if self._looked is None or self._looked[0] is not y:
             gaps = self._rhs.gaps(self.t, y)
-            self._looked = y, (gaps, *gaps.speeds(y[len(y) // 2 :]))
+            self._looked = y, (gaps, *gaps.speeds_at(y))
         return self._looked[1]
 
     @property
@@ -236,7 +237,8 @@ class ContactMotion(HybridMotion):
         close enough to zero."""
         slope = self._rhs.side(self._closed)(t, y)
         gradient = gaps.gradients[contact]
-        bend = float(gradient @ slope[len(y) // 2 :] + gaps.biases[contact])
+        n = gaps.coordinates
+        bend = float(gradient @ slope[n : 2 * n] + gaps.biases[contact])
         if speed:
             least = -(speed**2) / (2 * bend) if bend > 0 else -np.inf
         size = float(gaps.sizes[contact])
@@ -276,7 +278,7 @@ class ContactMotion(HybridMotion):
             for k, (closed, touches) in enumerate(zip(self._closed, gaps.touching, strict=True))
         ]
         # Errors of gaps by those of steps; none that opens by more than rounding is in doubt.
-        errors = np.abs(gaps.gradients) @ self._tolerances[: len(self.y) // 2]
+        errors = np.abs(gaps.gradients) @ self._tolerances[: gaps.coordinates]
         opening = speeds > TOUCHING * sizes
         noise = np.where(opening, 0.0, _ADDED_UP * errors + TOUCHING * gaps.sizes)
         reach = _REACH * errors * ~np.array(self._closed)

@@ -120,6 +120,15 @@ class Gaps:
         """For each contact whether its gap is zero but for rounding."""
         return tuple((np.abs(self.values) <= TOUCHING * self.sizes).tolist())
 
+    @property
+    def coordinates(self) -> int:
+        """The number of coordinates."""
+        return int(self.gradients.shape[1])
+
+    def speeds_at(self, y: Array) -> tuple[Array, Array]:
+        """Return :meth:`speeds` at a state."""
+        return self.speeds(y[self.coordinates : 2 * self.coordinates])
+
     def speeds(self, velocities: Array) -> tuple[Array, Array]:
         """Return the rates of the gaps, and the sizes of the sums behind them, both (U,)."""
         products = self.gradients * velocities

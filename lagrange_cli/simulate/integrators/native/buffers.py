@@ -168,10 +168,11 @@ class ObservedBuffer:
             "ends": self._steps[0],
             "lengths": self._steps[1],
             "size": np.empty(n),
-            "state": np.empty(2 * n),
+            "state": np.empty(len(motion.moved)),
         }
         self._kept_alive = arrays
         self._c = structure("observed")(brief=BRIEF, settling=SETTLING, window=WINDOW)
+        self._c.coordinates = n
         for name, array in arrays.items():
             setattr(self._c, name, place_of(array))
         for name in ("tolerance", "least", "span", "nearest", "slowest"):

@@ -30,8 +30,8 @@ from lagrange_cli.simulate.integrators.right_hand_side import (
 if TYPE_CHECKING:
     pass
 
-#: void lagrange_compare(samples, n, run, one, two, weights, start, largest)
-_COMPARE = ctypes.CFUNCTYPE(None, LONG, LONG, *[POINTER] * 6)
+#: void lagrange_compare(samples, n, width, run, one, two, weights, start, largest)
+_COMPARE = ctypes.CFUNCTYPE(None, LONG, LONG, LONG, *[POINTER] * 6)
 
 #: void lagrange_table(function, rows, t, y, width, u, p, work, out, columns)
 _TABLE = ctypes.CFUNCTYPE(None, POINTER, LONG, POINTER, POINTER, LONG, *[POINTER] * 4, LONG)
@@ -164,7 +164,7 @@ class NativeRhs(StructuredRhs):
     def compare(self) -> Callable[[Sequence[Array], Array, Array, Array], None] | None:
         """Bring what is largest of some samples up to date (kernels/compare.c): of those of a run
         and two others, (m, 2n), for weights of these, (2,), a start, (2n,), and values before,
-        (5n,), of doubles; None where that is not compiled."""
+        (2·2n + n,), of doubles; None where that is not compiled."""
         library = self.kernels("dop853") if self.kernels and self.real is DOUBLE else None
         if library is None:
             return None
@@ -172,7 +172,14 @@ class NativeRhs(StructuredRhs):
 
         def compare(runs: Sequence[Array], weights: Array, start: Array, largest: Array) -> None:
             arrays = [np.ascontiguousarray(array) for array in (*runs, weights, start)]
-            call(len(runs[0]), len(start) // 2, *map(place_of, arrays), place_of(largest))
+            width = runs[0].shape[1]
+            call(
+                len(runs[0]),
+                len(largest) - 2 * width,
+                width,
+                *map(place_of, arrays),
+                place_of(largest),
+            )
 
         return compare
 
