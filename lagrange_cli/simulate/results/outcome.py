@@ -15,12 +15,14 @@ from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     TOO_MANY,
     UNDETERMINED,
 )
-from lagrange_cli.simulate.integrators.hybrid.surface_motion import (
+from lagrange_cli.simulate.integrators.hybrid.meeting import (
     AMBIGUOUS,
-    CROWDED,
-    IMPULSIVE,
+    MAY_SPIRAL,
+    NOT_ONE_COMBINATION,
+    TOO_MANY_AT_ONCE,
     UNSETTLED,
 )
+from lagrange_cli.simulate.integrators.hybrid.surface_motion import CROWDED, IMPULSIVE
 from lagrange_cli.simulate.integrators.right_hand_side import structured
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.request import Request
@@ -107,7 +109,10 @@ _WIDTH = Phrase("let what jumps grow within a width (tanh(x/w) for sign(x))")
 _KINKS: dict[str, str] = {
     AMBIGUOUS: Phrase("begin beside it, or {way_out}", way_out=_WIDTH),
     CROWDED: Phrase("{option} ends before, and tanh(x/w) for sign(x) goes on", option="--until"),
-    UNSETTLED: Phrase("tanh(x/w) for sign(x) makes it smooth"),
+    **dict.fromkeys(
+        (UNSETTLED, TOO_MANY_AT_ONCE, NOT_ONE_COMBINATION, MAY_SPIRAL),
+        Phrase("tanh(x/w) for sign(x) makes it smooth"),
+    ),
     IMPULSIVE: _WIDTH,
 }
 

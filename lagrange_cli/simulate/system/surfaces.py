@@ -36,9 +36,8 @@ class _Layout:
 
     def weigh(self, parameters: Array, sides: SurfaceSides) -> None:
         """Write the weights of both sides of each surface."""
-        signs = np.array(sides)
-        parameters[self.first : self.first + self.count] = (1 + signs) / 2
-        parameters[self.first + self.count : self.first + 2 * self.count] = (1 - signs) / 2
+        weights = [(1 + s) / 2 for s in sides] + [(1 - s) / 2 for s in sides]
+        parameters[self.first : self.first + 2 * self.count] = weights
 
 
 class ModelSurfaces(Surfaces):

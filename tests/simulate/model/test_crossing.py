@@ -253,22 +253,106 @@ def test_a_step_moves_other_kinks_at_once(functions, force):
     assert [found.state["x"], found.state["dot(x)"]] == pytest.approx(state, abs=3e-8)
 
 
+#: Forces with bounds on their friction, the time until which it holds, and v behind that.
+BOUNDED_FRICTION = [
+    # The sign alone would balance the load until it is 2, the bound lets it do so until 1.
+    ("max(-1, min(1, -2*sign(dot(x)))) + 0.5 + t/2", 1.0, lambda t: (t - 1) ** 2 / 4),
+    # Here the bound is met on one side first, while the body rests.
+    (
+        "max(-1, min(1, -0.4*sign(dot(x)) - 0.57 - 0.3*t)) + 0.855 + 0.45*t",
+        0.145 / 0.45,
+        lambda t: 0.225 * (t - 0.145 / 0.45) ** 2,
+    ),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("force", "end"),
-    [
-        # A part of the sign balances the load until it is 2, the bound of the friction until 1.
-        ("max(-1, min(1, -2*sign(dot(x)))) + 0.5 + t/2", 0.07),
-        # Here the bound is met on one side first, while the body rests.
-        ("max(-1, min(1, -0.4*sign(dot(x)) - 0.57 - 0.3*t)) + 0.855 + 0.45*t", 0.1),
-    ],
-)
-def test_a_body_is_not_held_by_more_than_the_bounds_of_its_friction(force, end):
+@pytest.mark.parametrize(("force", "held_until", "speed"), BOUNDED_FRICTION)
+@mostly_compiled
+def test_a_body_is_held_as_far_as_the_bounds_of_its_friction(functions, force, held_until, speed):
+    """Filippov combines what the force is on both sides, where its bounds count as well."""
     scene = body(f'forces: {{f: {{on: x, force: "{force}"}}}}', "x: 0.5, dot(x): -0.03", 2)
-    found = loads(scene).derive().simulate(accuracy=1e-4)
+    found = moved(functions, scene, accuracy=1e-6)
+    assert found.status == "ok", found.reason
+    rests = (found.t > 0.1) & (found.t < held_until)
+    assert not found.columns["dot(x)"][rests].any()
+    later = found.t > held_until
+    exact = speed(found.t[later])
+    assert np.abs(found.columns["dot(x)"][later] - exact).max() < 1e-6
+
+
+def two(force_x: str, force_y: str, start: str) -> str:
+    """A particle in a plane with a force."""
+    return f"""
+particles: {{b: {{mass: 1, position: [x, y, 0]}}}}
+coordinates: [x, y]
+forces: {{f: {{on: b, force: ["{force_x}", "{force_y}", 0]}}}}
+initial: {{{start}}}
+simulate: {{until: 1}}
+"""
+
+
+@pytest.mark.slow
+@mostly_compiled
+def test_two_surfaces_hold_a_motion_together(functions):
+    """It slides along one, meets the other there, and rests; the parts are 0."""
+    first, second = "-2*sign(dot(x)) - sign(dot(y))", "sign(dot(x)) - 2*sign(dot(y))"
+    found = moved(
+        functions, two(first, second, "x: 0, y: 0, dot(x): 0.3, dot(y): 0.5"), accuracy=1e-6
+    )
+    assert found.status == "ok", found.reason
+    # x stops at 0.1, where y has 0.5 − 0.1; then half of sign(dot(x)) balances sign(dot(y)).
+    assert found.state["x"] == pytest.approx(0.015, abs=1e-9)
+    assert found.state["y"] == pytest.approx(0.045 + 0.4**2 / (2 * 2.5), abs=1e-9)
+    assert found.state["dot(x)"] == found.state["dot(y)"] == 0
+
+
+@pytest.mark.parametrize(
+    ("force_x", "force_y", "start", "words"),
+    [
+        # Every region leads back to the origin, and yet motions spiral out of it.
+        ("sign(dot(x)) - 2*sign(dot(y))", "2*sign(dot(x)) + sign(dot(y))", "x: 0, y: 0", "spiral"),
+        (
+            "-sign(dot(x))*(2 + sign(dot(y)))",
+            "-sign(dot(y))",
+            "x: 0, y: 0, dot(x): 0.3, dot(y): 0.5",
+            "which combination",
+        ),
+        (
+            " - ".join(["0", *(f"sign(dot(x) + {k}*dot(y))" for k in range(1, 6))]),
+            " - ".join(["0", *(f"sign(dot(y) - {k}*dot(x))" for k in range(1, 6))]),
+            "x: 0, y: 0",
+            "more kinks",
+        ),
+    ],
+    ids=["spiral", "product", "many"],
+)
+def test_what_is_not_determined_at_an_intersection_is_told(force_x, force_y, start, words):
+    found = moved(compiled_or_skip, two(force_x, force_y, start), accuracy=1e-4)
     assert found.status == "blow_up"
-    assert "cannot be determined" in found.reason
-    assert found.t[-1] <= end
+    assert words in found.reason
+
+
+@mostly_compiled
+def test_a_surface_that_is_written_twice_is_one(functions):
+    scene = body(
+        'forces: {f: {on: x, force: "-sign(dot(x)) - sign(2*dot(x) + dot(x)^3) + t"}}',
+        "x: 0, dot(x): 0.1",
+        3,
+    )
+    found = moved(functions, scene, accuracy=1e-6)
+    assert found.status == "ok", found.reason
+    assert found.state["dot(x)"] == pytest.approx(0.5, abs=1e-6)
+
+
+@mostly_compiled
+def test_a_motion_stays_on_the_surface_it_slides_along(functions):
+    scene = body('forces: {f: {on: x, force: "sin(t) - 2*sign(dot(x) + x)"}}', "x: 1, dot(x): 0", 6)
+    found = moved(functions, scene, accuracy=1e-6)
+    assert found.status == "ok", found.reason
+    x, v = found.columns["x"], found.columns["dot(x)"]
+    late = found.t > 1
+    assert (np.abs(x + v)[late] <= 4 * np.finfo(float).eps * (np.abs(x) + np.abs(v))[late]).all()
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 A right-hand side for each mode goes in; one run comes out, whose pieces end at located events (A.
 F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988). Read
-:mod:`.motion`, then :mod:`.contact_motion` and :mod:`.surface_motion`.
+:mod:`.motion`, then :mod:`.contact_motion` and :mod:`.surface_motion`; :mod:`.meeting` decides
+how a motion goes on from kinks that meet.
 """
 
-__all__ = ["contact_motion", "contact_system", "motion", "surface_motion", "surfaces"]
+__all__ = ["contact_motion", "contact_system", "meeting", "motion", "surface_motion"]

@@ -1,211 +1,200 @@
-"""Continuations of a motion on switching surfaces: pass, leave to a side, or slide.
+"""Motion along switching surfaces: Filippov's combination of what the equations are around them.
 
-A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988, §4: the rates on
-both sides decide. If both lead back to the surface, the motion stays on it with the part of
-both sides that keeps it there, as dry friction holds a body at rest.
+A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988, §4: where both
+sides of a surface lead back to it, the motion stays on it with the part of both sides that
+keeps it there, as dry friction holds a body at rest. One surface combines its two sides, whatever
+else differs between them. Several surfaces hold a motion together where the slopes of the regions
+around them, the *corners*, are affine in the sides: then Filippov's combination is one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.right_hand_side import (
-    ON_SURFACE,
     StructuredRhs,
     Surfaces,
     SurfaceSides,
     structured,
-    with_sides,
 )
 
-#: Surfaces met at one instant of which every combination of sides is looked at.
-_MOST_AT_ONCE = 3
+#: Deviation of slopes from an affine function of the sides, relative to them. Rounding makes it
+#: less, products of two kinks much more.
+LINEAR = 1e-6
 
-#: Nonlinearity of rates in the part between both sides of a surface, relative to them. Rounding
-#: makes rates that are linear in it differ by less, products of two kinks by much more.
-_LINEAR = 1e-6
+#: Condition of the scaled matrix of rates above which its rows are taken to depend on each other:
+#: rounding is by far smaller, and so is the condition of any that belongs to separate surfaces.
+_CONDITIONED = 1e8
+
+#: Newton steps by which a state is moved onto the surfaces that hold it: it is there but for the
+#: error of one step of the method.
+_STEPS_ONTO = 2
+
+#: Part of the terms that a surface's function is the sum of, by which a state may be off it.
+_ROUNDING = 4 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class Continuation:
-    """One way in which the motion may go on.
+class Combination:
+    """Filippov's combination of corners, whose slopes are affine in the sides.
 
     Attributes
     ----------
-    sides
-        The sides on which the motion stays.
+    parts
+        Parts between both sides at which the rates are zero, shape (surfaces,); not numbers if
+        there are none.
     slope
-        Rate of the state, shape (2n,).
-    on
-        Surfaces on which the state is.
-    departs
-        The motion leaves one of the surfaces at once.
+        The slope there, shape (2n,).
+    directions
+        Derivatives of the slope by the sides, shape (surfaces, 2n).
+    matrix
+        Derivatives of the rates by the sides, a row a rate, shape (surfaces, surfaces).
+    margin
+        Negative where the slopes are not affine in the sides but for rounding.
     """
 
-    sides: SurfaceSides
+    parts: Array
     slope: Array
-    on: tuple[int, ...]
-    departs: bool
+    directions: Array
+    matrix: Array
+    margin: float
+
+    @property
+    def is_one(self) -> bool:
+        """Tell whether one combination alone has rates of zero; of one surface it has."""
+        if len(self.matrix) == 1:
+            return True
+        sizes = np.abs(self.matrix).max(axis=1, initial=0.0)
+        scaled = self.matrix / np.where(sizes > 0, sizes, 1.0)[:, None]
+        return self.margin >= 0 and bool(np.linalg.cond(scaled) < _CONDITIONED)
+
+    @classmethod
+    def of_two(cls, upper: Array, lower: Array, rate: float, lower_rate: float) -> Combination:
+        """Combine both sides of one surface, with their slopes and its rates there."""
+        direction, derivative = (upper - lower) / 2, (rate - lower_rate) / 2
+        part = -(rate + lower_rate) / 2 / derivative if derivative else float("nan")
+        slope = (upper + lower) / 2 + part * direction
+        return cls(np.array([part]), slope, direction[None], np.array([[derivative]]), 0.0)
+
+    @classmethod
+    def of(cls, signs: Array, slopes: Array, rates: Array) -> Combination:
+        """Combine corners of ``signs`` with their slopes and rates, all of shape (corners, …)."""
+        count = len(signs)
+        if count == 2:
+            upper, lower = slopes if signs[0, 0] > 0 else slopes[::-1]
+            rate, lower_rate = rates[:, 0].tolist() if signs[0, 0] > 0 else rates[::-1, 0].tolist()
+            return cls.of_two(upper, lower, rate, lower_rate)
+        directions, matrix = signs.T @ slopes / count, (signs.T @ rates / count).T
+        middle = slopes.mean(axis=0)
+        try:
+            parts = np.linalg.solve(matrix, -rates.mean(axis=0))
+        except np.linalg.LinAlgError:
+            parts = np.full(signs.shape[1], np.nan)
+        deviation = np.abs(slopes - middle - signs @ directions).max()
+        margin = float(LINEAR * np.abs(slopes).max() - deviation)
+        return cls(parts, middle + parts @ directions, directions, matrix, margin)
 
 
-def continuations(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, met: Sequence[int]
-) -> list[Continuation]:
-    """Find the ways in which the motion may go on from the surfaces that it meets.
+def is_diagonally_stable(matrix: Array) -> bool:
+    """Tell whether D A + Aᵀ D is shown to be positive definite for a positive diagonal D.
 
-    Surfaces of positions that it meets with a speed are passed whatever acts. A surface that
-    depends on the sides of others, as the bound of a controller on a step of its input, is where
-    these sides put it. The list is empty if there are more surfaces at once than can be tried.
+    Of two rows that is so where all principal minors are positive (Berman and Plemmons,
+    *Nonnegative Matrices in the Mathematical Sciences*, 1979). Of more rows a few scalings are
+    tried: that which makes the matrix symmetric, as where friction acts on rates, and that of the
+    diagonal.
     """
-    sides, on, undecided = _behind_passed(surfaces, t, y, sides, met)
-    if not on:
-        return [Continuation(sides, surfaces.side(sides)(t, y), on, departs=False)]
-    if len(undecided) > _MOST_AT_ONCE:
-        return []
-    ways = []
-    for choice in product((1.0, -1.0, 0.0), repeat=len(undecided)):
-        chosen = dict(zip(undecided, choice, strict=True))
-        reached = _reached(surfaces, t, y, sides, on, chosen)
-        if reached is not None:
-            rates = surfaces.rates(t, y, *reached)
-            free = [k for k in undecided if chosen[k] != 0]
-            leading = [rates.leading(k, surfaces.positional[k]) for k in free]
-            departs = len(undecided) < len(on) or any(leading)
-            if all(chosen[k] * rate >= 0 for k, rate in zip(free, leading, strict=True)):
-                ways.append(Continuation(*reached, on, departs))
-    return ways
-
-
-def _behind_passed(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, met: Sequence[int]
-) -> tuple[SurfaceSides, tuple[int, ...], list[int]]:
-    """Return sides behind surfaces that are passed, and the surfaces met and undecided there."""
-    sides, on = surfaces.placed(t, y, sides, met)
-    undecided: list[int] = []
-    for _ in range(len(sides) + 1):
-        behind, undecided = _passed(surfaces, t, y, sides, on)
-        placed, on = surfaces.placed(t, y, behind, met)
-        if placed == sides:
-            break
-        sides = placed
-    return sides, on, undecided
-
-
-def _reached(
-    surfaces: Surfaces,
-    t: float,
-    y: Array,
-    sides: SurfaceSides,
-    on: Sequence[int],
-    chosen: Mapping[int, float],
-) -> tuple[SurfaceSides, Array] | None:
-    """Return sides and slope of a choice, 0 to slide along a surface; None if it does not hold.
-
-    A motion that slides along a surface is not followed where others lie differently on its sides:
-    rates are not linear in the part between them.
-    """
-    slid = [k for k, side in chosen.items() if side == 0]
-    placed = {
-        with_sides(surfaces.placed(t, y, corner, on)[0], dict.fromkeys(slid, 0.0))
-        for corner in corners(with_sides(sides, chosen), slid)
-    }
-    if len(placed) > 1:
-        return None
-    (tried,) = placed
-    return _along(surfaces, t, y, tried, slid) if slid else _free(surfaces, t, y, tried)
-
-
-def corners(sides: SurfaceSides, sliding: Sequence[int]) -> list[SurfaceSides]:
-    """List the sides that surfaces along which the motion slides lie between."""
-    choices = product((1.0, -1.0), repeat=len(sliding))
-    return [with_sides(sides, dict(zip(sliding, choice, strict=True))) for choice in choices]
-
-
-def _passed(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, on: Sequence[int]
-) -> tuple[SurfaceSides, list[int]]:
-    """Return the sides behind surfaces of positions that are passed, and other surfaces."""
-    across = with_sides(sides, dict.fromkeys(on, 1.0))
-    rates = surfaces.rates(t, y, across, surfaces.side(across)(t, y))
-    clear = np.abs(rates.first) > ON_SURFACE * rates.sizes
-    passed = [k for k in on if surfaces.positional[k] and clear[k]]
-    behind = with_sides(sides, {k: float(np.sign(rates.first[k])) for k in passed})
-    return behind, [k for k in on if k not in passed]
-
-
-def _free(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides
-) -> tuple[SurfaceSides, Array] | None:
-    slope = surfaces.side(sides)(t, y)
-    return (sides, slope) if np.isfinite(slope).all() else None
-
-
-def _along(
-    surfaces: Surfaces, t: float, y: Array, sides: SurfaceSides, sliding: Sequence[int]
-) -> tuple[SurfaceSides, Array] | None:
-    """Return sides and slope along surfaces on which the motion slides; None if it does not."""
-    parts, slope = SlidingRhs(surfaces, sides, sliding).parts(t, y)
-    if not np.isfinite(slope).all() or not (np.abs(parts) < 1).all():
-        return None
-    placed = with_sides(sides, dict(zip(sliding, parts.tolist(), strict=True)))
-    exact = surfaces.side(placed)(t, y)
-    end = surfaces.side(with_sides(sides, dict.fromkeys(sliding, 1.0)))(t, y)
-    size = (np.abs(exact) + np.abs(slope) + np.abs(end)).max()
-    linear = bool((np.abs(exact - slope) <= _LINEAR * size).all())
-    return (placed, slope) if linear else None
-
-
-def unique_continuation(ways: Sequence[Continuation]) -> Continuation | None:
-    """Choose the way that the motion takes; None if there is none, or more than one.
-
-    Ways that differ in nothing but the name of a side are one.
-    """
-    if not ways:
-        return None
-    first = ways[0]
-    same = all(np.array_equal(way.slope, first.slope) for way in ways)
-    if same:
-        return next((way for way in ways if not way.departs), first)
-    return first if len(ways) == 1 else None
+    diagonal = np.diagonal(matrix)
+    if not (diagonal > 0).all():
+        return False
+    if len(matrix) <= 2:
+        return bool(np.linalg.det(matrix) > 0)
+    symmetric = np.ones(len(matrix))
+    for k in range(1, len(matrix)):
+        for j in range(k):
+            if matrix[j, k] * matrix[k, j] > 0:
+                symmetric[k] = symmetric[j] * matrix[j, k] / matrix[k, j]
+                break
+    for scaling in (np.ones(len(matrix)), symmetric, 1 / diagonal):
+        scaled = scaling[:, None] * matrix
+        if (scaling > 0).all() and np.linalg.eigvalsh(scaled + scaled.T).min() > 0:
+            return True
+    return False
 
 
 class SlidingRhs(StructuredRhs):
     """The right-hand side along surfaces that hold the motion, called like any.
 
-    Their functions stay zero: the parts between both sides solve a linear system, whose entries
-    are differences of rates.
+    ``corners`` are the sides around them. Their functions stay zero: the parts between both sides
+    solve a linear system, whose entries are differences of rates. States are moved onto the
+    surfaces along the slopes' differences, which are where the jumping forces push.
     """
 
-    def __init__(self, surfaces: Surfaces, sides: SurfaceSides, sliding: Sequence[int]) -> None:
-        self._surfaces, self._sliding = surfaces, list(sliding)
-        self._base = with_sides(sides, dict.fromkeys(sliding, 0.0))
-        self._ends = [with_sides(self._base, {k: 1.0}) for k in sliding]
-        self.project = structured(surfaces.side(self._base)).project
+    def __init__(
+        self, surfaces: Surfaces, sliding: Sequence[int], corners: Sequence[SurfaceSides]
+    ) -> None:
+        self._surfaces, self._sliding, self._corners = surfaces, list(sliding), tuple(corners)
+        self._signs = np.array([[sides[k] for k in sliding] for sides in corners])
+        self._onto = structured(surfaces.side(self._corners[0])).project
+        self._positional = surfaces.positional
+        self._last: tuple[float, Array, Combination] | None = None
+        self.project = self.onto_surfaces
 
     def __call__(self, t: float, y: Array) -> Array:
         return self.parts(t, y)[1]
 
     def parts(self, t: float, y: Array) -> tuple[Array, Array]:
         """Solve for the parts between both sides, and the slope, shapes (surfaces,) and (2n,)."""
-        slope, rates = self._at(t, y, self._base)
-        ends = [self._at(t, y, sides) for sides in self._ends]
-        matrix = np.array([r - rates for _, r in ends]).T
-        try:
-            parts = np.linalg.solve(matrix, -rates)
-        except np.linalg.LinAlgError:
-            return np.full(len(self._sliding), np.nan), np.full(len(y), np.nan)
-        changes = np.array([end - slope for end, _ in ends])
-        return parts, slope + parts @ changes
+        combined = self._combined(t, y)
+        return combined.parts, combined.slope
 
-    def _at(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
-        """Evaluate the slope on some sides, and the rates there of surfaces that are slid along."""
-        slope = self._surfaces.side(sides)(t, y)
-        rates = self._surfaces.rates(t, y, self._base, slope)
-        positional = self._surfaces.positional
-        slid_rates = [rates.second[k] if positional[k] else rates.first[k] for k in self._sliding]
-        return slope, np.array(slid_rates)
+    @property
+    def ends_count(self) -> int:
+        """The number of :meth:`ends`."""
+        return 2 * len(self._sliding) + (len(self._sliding) > 1)
+
+    def ends(self, t: float, y: Array) -> list[float]:
+        """Evaluate what is positive while the motion is held: distances of each part from both
+        ends, and that slopes are affine in the sides of several surfaces."""
+        combined = self._combined(t, y)
+        ends = [end for part in combined.parts.tolist() for end in (1 - part, 1 + part)]
+        return ends if len(self._sliding) == 1 else [*ends, combined.margin]
+
+    def _combined(self, t: float, y: Array) -> Combination:
+        """Combine the corners at a state; events and states ask for the last one again."""
+        if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
+            slopes = [self._surfaces.side(sides)(t, y) for sides in self._corners]
+            rates = [
+                self._surfaces.rates(t, y, sides, slope)
+                for sides, slope in zip(self._corners, slopes, strict=True)
+            ]
+            leading = [
+                [float((r.second if self._positional[k] else r.first)[k]) for k in self._sliding]
+                for r in rates
+            ]
+            combined = Combination.of(self._signs, np.array(slopes), np.array(leading))
+            self._last = t, np.array(y), combined
+        return self._last[2]
+
+    def onto_surfaces(self, t: float, y: Array) -> Array:
+        """Move a state onto the surfaces, and onto the constraints."""
+        moved = y if self._onto is None else self._onto(t, y)
+        for _ in range(_STEPS_ONTO):
+            values, sizes = self._surfaces.values(t, moved, self._corners[0])
+            off = [
+                0.0 if self._positional[k] or abs(values[k]) <= _ROUNDING * sizes[k] else values[k]
+                for k in self._sliding
+            ]
+            if not any(off):
+                break
+            combined = self._combined(t, moved)
+            try:
+                change = np.linalg.solve(combined.matrix, np.array(off)) @ combined.directions
+            except np.linalg.LinAlgError:
+                break
+            moved = moved - change
+            moved = moved if self._onto is None else self._onto(t, moved)
+        return moved

@@ -21,13 +21,9 @@ from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, SavedState
 from lagrange_cli.simulate.integrators.events import RISES, TerminalEvents, ZeroCrossing
+from lagrange_cli.simulate.integrators.hybrid.meeting import NOT_ONE_COMBINATION, settled
 from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, TOGETHER, Begin, HybridMotion
-from lagrange_cli.simulate.integrators.hybrid.sliding import (
-    SlidingRhs,
-    continuations,
-    corners,
-    unique_continuation,
-)
+from lagrange_cli.simulate.integrators.hybrid.sliding import SlidingRhs
 from lagrange_cli.simulate.integrators.right_hand_side import (
     Rhs,
     SurfaceSides,
@@ -51,12 +47,7 @@ _MOST_CROSSINGS = 250_000
 _JUMP = 1e-9
 
 #: Why a motion cannot be continued.
-AMBIGUOUS = Phrase(
-    "the motion from there is not unique: abs, sign, min or max has a kink there that pushes"
-    " the motion away to both sides"
-)
 CROWDED = Phrase("kinks of abs, sign, min or max are crossed without end")
-UNSETTLED = Phrase("what follows at a kink of abs, sign, min or max cannot be determined")
 IMPULSIVE = Phrase(
     "energy or momentum jumps where abs, sign, min or max does, so that an impulse acts that the"
     " equations do not hold"
@@ -82,6 +73,7 @@ class SurfaceMotion(HybridMotion):
         self._count = 0
         self._dips: list[ZeroCrossing] = []
         self._sides: SurfaceSides = (1.0,) * len(self._surfaces.positional)
+        self._corners: tuple[SurfaceSides, ...] = (self._sides,)
         self._settle(())
 
     # Pieces.
@@ -166,20 +158,32 @@ class SurfaceMotion(HybridMotion):
             self._failure = CROWDED
             return
         sliding = self._sliding(self._sides)
-        if len(sliding) and event >= len(self._sides) - len(sliding):
-            self._leave_surface(event, sliding)
-        else:
+        end = event - (len(self._sides) - len(sliding))
+        if not sliding or end < 0:
             met = [k for k in range(len(self._sides)) if k not in sliding][event]
-            if met in self._dependent(sliding):
-                self._failure = UNSETTLED
-            else:
-                self._settle((met,))
+            self._settle(self._together_with(met, sliding))
+        elif end == 2 * len(sliding):
+            self._failure = NOT_ONE_COMBINATION
+        else:
+            self._leave_surface(sliding[end // 2], 1.0 if end % 2 == 0 else -1.0)
 
-    def _leave_surface(self, event: int, sliding: Sequence[int]) -> None:
+    def _together_with(self, met: int, sliding: Sequence[int]) -> list[int]:
+        """List a surface that is met, those that hold the motion, and those that are crossed within
+        the error of the time at which it is met."""
+        side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
+        slope, near = side(self.t, self.y), np.zeros(len(self._sides), dtype=bool)
+        for sides in self._corners:
+            values, _ = self._surfaces.values(self.t, self.y, sides)
+            rates = self._surfaces.rates(self.t, self.y, sides, slope)
+            near |= np.abs(values) <= self._together * np.abs(rates.first)
+        return sorted({met, *sliding, *np.flatnonzero(near).tolist()})
+
+    def _leave_surface(self, k: int, side: float) -> None:
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
-        place = event - (len(self._sides) - len(sliding))
-        k, upper = sliding[place // 2], place % 2 == 0
-        self._start_piece(with_sides(self._sides, {k: 1.0 if upper else -1.0}), (k,))
+        corners = tuple(corner for corner in self._corners if corner[k] == side)
+        sliding = [j for j in self._sliding(self._sides) if j != k]
+        between = {j: self._sides[j] for j in sliding}
+        self._start_piece(with_sides(corners[0], between), corners, (k,))
 
     def _begin_piece(
         self, signs: tuple[float, ...], noise: tuple[float, ...], first_step: float = np.inf
@@ -191,33 +195,39 @@ class SurfaceMotion(HybridMotion):
         control = replace(self._control, first_step=first_step)
         self._dips = self.dips
         sliding = self._sliding(self._sides)
-        side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
+        slide = self._slide(sliding) if sliding else None
+        side = self._surfaces.side(self._sides) if slide is None else slide
         self._run = run = self._begin(side, self.t, self.y, self.t_end, control)
-        run.stop_at(self._terminal_events(sliding, signs, noise))
+        run.stop_at(self._terminal_events(slide, sliding, signs, noise))
         return run
 
     def _terminal_events(
-        self, sliding: Sequence[int], signs: tuple[float, ...], noise: tuple[float, ...]
+        self,
+        slide: SlidingRhs | None,
+        sliding: Sequence[int],
+        signs: tuple[float, ...],
+        noise: tuple[float, ...],
     ) -> TerminalEvents:
-        whole = self._surfaces.terminal_events(self._sides, signs, noise, self._other_events)
-        if not sliding:
+        # Corners that differ in nothing else have the same other events.
+        bare = dict.fromkeys(sliding, 1.0)
+        apart = {with_sides(sides, bare): sides for sides in reversed(self._corners)}
+        whole, *further = [
+            self._surfaces.terminal_events(sides, signs, noise, self._other_events)
+            for sides in apart.values()
+        ]
+        if slide is None:
             return whole
         others = 0 if self._other_events is None else len(self._other_events.signs)
         numbers = [*range(others), *(others + k for k in range(len(signs)) if k not in sliding)]
-        slide, watched = self._slide(sliding), [whole]
-        if self._dependent(sliding):
-            watched = [
-                self._surfaces.terminal_events(corner, signs, noise, self._other_events)
-                for corner in corners(self._sides, sliding)
-            ]
+        watched = [whole, *further]
 
         def values(t: float, y: Array) -> Array:
-            parts, _ = slide.parts(t, y)
-            ends = [end for part in parts for end in (1 - part, 1 + part)]
-            first = np.min([events.values(t, y) for events in watched], axis=0)
-            return np.array([*first[numbers], *ends])
+            first = watched[0].values(t, y)
+            if len(watched) > 1:
+                first = np.min([first, *(e.values(t, y) for e in watched[1:])], axis=0)
+            return np.array([*first[numbers], *slide.ends(t, y)])
 
-        ones = (1.0,) * 2 * len(sliding)
+        ones = (1.0,) * slide.ends_count
         return TerminalEvents(
             values,
             (*(whole.signs[k] for k in numbers), *ones),
@@ -230,23 +240,16 @@ class SurfaceMotion(HybridMotion):
     def _sliding(self, sides: SurfaceSides) -> tuple[int, ...]:
         return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
 
-    def _dependent(self, sliding: Sequence[int]) -> list[int]:
-        """List the surfaces that hang on where between both sides of others the motion slides."""
-        places = corners(self._sides, sliding)
-        values = np.array([self._surfaces.values(self.t, self.y, place)[0] for place in places])
-        return [int(k) for k in np.flatnonzero((values != values[0]).any(axis=0))]
-
     def _settle(self, met: Sequence[int]) -> None:
         """Determine the sides behind surfaces that are met, and begin the next piece."""
         before = self._sides
-        ways = continuations(self._surfaces, self.t, self.y, before, met)
-        chosen = unique_continuation(ways)
-        if chosen is None:
-            self._failure = AMBIGUOUS if ways else UNSETTLED
+        chosen = settled(self._surfaces, self.t, self.y, self._corners, met)
+        if isinstance(chosen, str):
+            self._failure = chosen
         elif self._jumps(before if met else chosen.sides, chosen.sides):
             self._failure = IMPULSIVE
         else:
-            self._start_piece(chosen.sides, chosen.on)
+            self._start_piece(chosen.sides, chosen.corners, chosen.on)
 
     def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
         """Tell whether energy or momenta jump at the surfaces, for the same state."""
@@ -254,13 +257,19 @@ class SurfaceMotion(HybridMotion):
         return bool((np.abs(later - earlier) > _JUMP * (np.abs(earlier) + np.abs(later))).any())
 
     def _slide(self, sliding: Sequence[int]) -> SlidingRhs:
-        return SlidingRhs(self._surfaces, self._sides, sliding)
+        return SlidingRhs(self._surfaces, sliding, self._corners)
 
-    def _start_piece(self, sides: SurfaceSides, on: Sequence[int]) -> None:
+    def _start_piece(
+        self, sides: SurfaceSides, corners: tuple[SurfaceSides, ...], on: Sequence[int]
+    ) -> None:
         """Begin a piece here on these sides, unless nothing is left of the motion."""
-        self._sides = sides
+        self._sides, self._corners = sides, corners
         if self._is_over():
             return
+        sliding = self._sliding(sides)
+        if sliding:
+            moved = self._slide(sliding).onto_surfaces(self.t, self.y)
+            self.y = moved if np.isfinite(moved).all() else self.y
         signs = tuple(RISES if k in on else 1.0 for k in range(len(sides)))
         noise = np.zeros(len(sides))
         values, _ = self._surfaces.values(self.t, self.y, sides)
@@ -289,11 +298,13 @@ class SurfaceMotion(HybridMotion):
             "crossings": tuple(self._crossings),
             "count": self._count,
             "sides": self._sides,
+            "corners": self._corners,
             "stuck": self._failure,
         }
         return {**super().state(), **values}
 
     def restore(self, state: SavedState) -> None:
         self._crossings = list(state["crossings"])
-        self._count, self._sides, self._failure = state["count"], state["sides"], state["stuck"]
+        self._count, self._failure = state["count"], state["stuck"]
+        self._sides, self._corners = state["sides"], state["corners"]
         super().restore(state)
