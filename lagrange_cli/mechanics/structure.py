@@ -28,6 +28,7 @@ from lagrange_cli.mechanics.dynamics.momenta import momentum_of, terms_by_symbol
 from lagrange_cli.mechanics.equations import ShortLagrangian
 from lagrange_cli.mechanics.findings import Conserved, Facts
 from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
+from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.mechanics.numerics.rank import (
     DoubleRow,
     Matrix,
@@ -46,9 +47,6 @@ _INERTIA = 1e-12
 
 #: Systems of more unknowns are first examined without their eigenvalues.
 _LARGE = 64
-
-#: Functions that change to another analytic function across a surface.
-_SWITCHES = (sp.Abs, sp.sign, sp.Max, sp.Min)
 
 #: Terms that an energy function may be multiplied out to for collection.
 _TERM_BUDGET = 400
@@ -121,7 +119,7 @@ def _adds_no_deficit(term: sp.Expr, velocities: frozenset[sp.Symbol]) -> bool:
     degree = degree_bound(term, velocities)
     if degree is None or degree > 2:
         return False
-    return degree < 2 or bool(term.is_nonnegative and not term.has(*_SWITCHES))
+    return degree < 2 or bool(term.is_nonnegative and not term.has(*KINKED))
 
 
 def _unused(scene: Scene) -> tuple[str, ...]:
@@ -210,7 +208,7 @@ def require_inertia(derivation: Uncertified, evidence: Evidence) -> None:
     if best is None:
         return
     weakest = coordinates[int(np.abs(best).argmax())]
-    switches = any(e.has(*_SWITCHES) for row in derivation.mass for p in row.values() for e in p)
+    switches = any(e.has(*KINKED) for row in derivation.mass for p in row.values() for e in p)
     where = "the configurations looked at" if switches else "every configuration"
     raise InputError(
         Problem(

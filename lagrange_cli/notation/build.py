@@ -7,7 +7,7 @@ kept exactly; what cannot be shown exactly is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ import sympy
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.factor import holds_powers
 from lagrange_cli.mechanics.free_symbols import is_unknown, name_and_order
+from lagrange_cli.mechanics.kinks import Cases
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,
     ODD_FUNCTIONS,
@@ -37,6 +38,7 @@ from lagrange_cli.notation.tree import (
     factors_of,
 )
 from lagrange_cli.notation.vocabulary import NamedFactor, Vocabulary
+from lagrange_cli.scene.language.expression import PIECEWISE
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import ShownEquation
@@ -384,10 +386,8 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
         return SignedNode(False, ordering.pi())
     if expression is sympy.E:
         return SignedNode(False, ordering.call_of("exp", (ordering.number_of(1),)))
-    if isinstance(expression, sympy.Heaviside) and expression.args[1:] == (sympy.S.Half,):
-        # The step that comes from a derivative of min or max: (1 + sign x)/2.
-        argument = expression.args[0]
-        return _product((sympy.S.Half, sympy.Add(1, sympy.sign(argument), evaluate=False)), words)
+    if isinstance(expression, Cases):
+        return _called(PIECEWISE, list(_pieces(expression, words)))
     if type(expression) in _RECIPROCALS:
         base = _RECIPROCALS[type(expression)](*expression.args, evaluate=False)
         return _product((sympy.Pow(base, -1, evaluate=False),), words)
@@ -397,7 +397,7 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
         latex = words.functions.get(function)
         return SignedNode(False, ordering.call_of(function, arguments, order, latex))
     name = FUNCTION_NAMES.get(type(expression))
-    if name is None:
+    if name is None or (name == "heaviside" and expression.args[1] != sympy.S.Half):
         raise _unprintable(f"'{type(expression).__name__}'")
     if name in ODD_FUNCTIONS or name in EVEN_FUNCTIONS:
         (argument,) = expression.args
@@ -406,7 +406,16 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
             sympy.Add(*(parts * a for a in argument.args)) if parts > 1 else argument, words
         )
         return _called(name, [node], parts)
-    return _called(name, [_whole(a, words) for a in expression.args])
+    arguments = expression.args[:1] if name == "heaviside" else expression.args
+    return _called(name, [_whole(a, words) for a in arguments])
+
+
+def _pieces(expression: sympy.Expr, words: Vocabulary) -> Iterator[DisplayNode]:
+    """Yield the pieces of a function in cases, then its value where no condition holds."""
+    while isinstance(expression, Cases):
+        value, side, strict, expression = expression.args
+        yield ordering.piece_of(_whole(value, words), _whole(side, words), strict == 1)
+    yield _whole(expression, words)
 
 
 def _parts(argument: sympy.Expr) -> int:

@@ -140,6 +140,22 @@ def call_of(
     return DisplayCall(function, arguments, traits, order, latex)
 
 
+def piece_of(value: DisplayNode, side: DisplayNode, strict: bool) -> DisplayCall:
+    """Return a value under the condition that another is positive, or not negative.
+
+    The condition has what moves on its left, where the first term has no minus sign: ``t < 1``.
+    """
+    terms = as_terms(side)
+    moving = [t for t in terms if t.node.traits.level > Dependence.PARAMETER]
+    left = moving or list(terms)
+    right = [SignedNode(not t.negative, t.node) for t in terms if t not in left]
+    relation = ">" if strict else ">="
+    if all(t.negative for t in left):
+        left, right = ([SignedNode(not t.negative, t.node) for t in ts] for ts in (left, right))
+        relation = relation.replace(">", "<")
+    return call_of(relation, (value, sum_of(left), sum_of(right)))
+
+
 def series_of(body: DisplayNode, ranges: tuple[DisplayRange, ...]) -> DisplaySeries:
     """Return the sum of a body over indices, which stands like a sum of its terms."""
     inner = body.traits

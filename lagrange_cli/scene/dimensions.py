@@ -15,7 +15,9 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from lagrange_cli.scene.language.expression import (
+    CONDITIONS,
     FUNCTIONS,
+    PIECEWISE,
     TIME_DERIVATIVES,
     Add,
     Call,
@@ -305,14 +307,17 @@ class ScalingReader:
         if order is not None:
             form = self.form_of(node.arguments[0])
             return None if form is None else sum_of(form, form_of(TIME), -order)
+        if node.function in CONDITIONS:
+            self._alike(node.arguments[1:])
+            return self.form_of(node.arguments[0])
         if node.function not in FUNCTIONS:
             return self._own(node)
         common = self._alike(node.arguments)
-        if node.function in ("abs", "min", "max", "norm"):
+        if node.function in ("abs", "min", "max", "norm", PIECEWISE):
             return common
         if node.function == "sqrt":
             return None if common is None else sum_of({}, common, Fraction(1, 2))
-        if node.function not in ("atan2", "sign"):
+        if node.function not in ("atan2", "sign", "heaviside"):
             meaning = f"the argument of {node.function}"
             self.same(common or {}, {}, node.arguments[0], meaning)
         return {}

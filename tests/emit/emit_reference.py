@@ -11,6 +11,10 @@ import sympy as sp
 DIGITS = 40
 
 
+#: Functions of the program's own.
+_OWN = {"Cases": lambda v, s, strict, w: v if s > 0 or (s == 0 and not strict) else w}
+
+
 class Reference:
     """Functions of (t, y, p) in mpmath; results are lists of mpf."""
 
@@ -26,7 +30,7 @@ class Reference:
         ]
         arguments += [p.symbol for p in e.system.parameters]
         compiled = sp.lambdify(
-            arguments, list(expressions), modules="mpmath", cse=True, dummify=True
+            arguments, list(expressions), modules=[_OWN, "mpmath"], cse=True, dummify=True
         )
         return functools.partial(self._evaluate, compiled)
 

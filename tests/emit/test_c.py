@@ -17,6 +17,7 @@ import sympy as sp
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.c.target import c_string
 from lagrange_cli.errors import InputError, InternalError
+from lagrange_cli.mechanics.kinks import Cases
 from lagrange_cli.program.printing import decimal_literal, double_literal
 from tests.emit import emit_systems as systems
 from tests.emit.emit_reference import DIGITS, Reference, difference, exact, states
@@ -202,12 +203,18 @@ ROWS = {
     "sec": sp.sec(x),
     "csc": sp.csc(x),
     "heaviside": sp.Heaviside(x),
+    "at least": Cases(x**2, x, sp.Integer(0), Cases(-x, x + 1, sp.Integer(1), sp.Integer(3))),
+    "more than": Cases(x**2 - 2, x, sp.Integer(1), sp.sin(x) + 2),
     "inverse power": (x + 4) ** -3,
     "half power": (x + 4) ** sp.Rational(5, 2),
     "large power": (x / 2) ** 100,
     "fraction": x / 3 - sp.Rational(2, 7),
     "pi": sp.pi * x,
 }
+
+
+#: Values of rows where their argument, or the difference in their condition, is zero.
+CORNERS = [("sign", 0.0), ("abs", 0.0), ("heaviside", 0.5), ("at least", 0.0), ("more than", 2.0)]
 
 
 @pytest.fixture(scope="module")
@@ -229,7 +236,7 @@ def test_every_function_of_the_language(rows, row):
 
 
 @pytest.mark.compiler
-@pytest.mark.parametrize(("row", "expected"), [("sign", 0.0), ("abs", 0.0), ("heaviside", 0.5)])
+@pytest.mark.parametrize(("row", "expected"), CORNERS)
 def test_functions_at_their_corner(rows, row, expected):
     compiled, _ = rows
     # Other rows have a pole at zero: the status says so.

@@ -79,7 +79,7 @@ def test_every_function_has_a_row_in_every_printer(cls):
 
 
 def test_every_function_of_the_language_can_be_printed():
-    written = set(FUNCTION_NAMES.values()) | {"sqrt", "norm", "dot", "ddot"}
+    written = set(FUNCTION_NAMES.values()) | {"sqrt", "norm", "piecewise", "dot", "ddot"}
     assert written == set(FUNCTIONS)
 
 

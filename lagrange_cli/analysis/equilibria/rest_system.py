@@ -6,7 +6,7 @@ with a kink or a jump, as of ``abs`` and ``sign``, have no derivatives where the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from lagrange_cli.analysis.values import DIGITS, Mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.free_symbols import is_unknown, require_given
+from lagrange_cli.mechanics.kinks import JUMPING, KINKED, sides_of, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries
@@ -39,7 +40,6 @@ _GUARD, _HALF_OF_DECIMALS = 60, 1e-15
 _ZERO = sp.S.Zero
 
 #: Functions with a kink or a jump.
-KINKED = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.Heaviside)
 
 #: Size of an argument of these that is zero: a configuration is known to 30 digits.
 _NOTHING = mpf(10) ** -12
@@ -145,7 +145,7 @@ class RestSystem:
 
         There they have any value between both sides, which may balance other forces.
         """
-        return any(e.atoms(sp.sign, sp.Heaviside) for e in self.equations.system.forcing)
+        return any(e.atoms(*JUMPING) for e in self.equations.system.forcing)
 
     @cached_property
     def functions(self) -> RestFunctions:
@@ -377,7 +377,7 @@ def has_derivatives(system: RestSystem, at: Equilibrium) -> bool:
     place = _place(system, at)
     state = [s for c in system.equations.system.coordinates for s in (c.q, c.v)]
     for force, atom in kinks_at(system, at):
-        first, second = (force.xreplace({atom: side}) for side in _sides(atom))
+        first, second = (force.xreplace({atom: side}) for side in sides_of(atom))
         difference = sp.Add(first, -second)
         slopes = (derivative(difference, s) for s in state if s in difference.free_symbols)
         try:
@@ -400,21 +400,9 @@ def _changes(system: RestSystem, atom: sp.Expr, place: dict[sp.Symbol, Mpf]) -> 
     moving = atom.free_symbols - system.known.keys()
     if not any(s in place for s in moving):
         return False
-    sides = atom.args if len(atom.args) == 1 else (sp.Add(atom.args[0], -atom.args[1]),)
+    surfaces = tuple(surfaces_of(atom))
     with mpmath.workdps(DIGITS):
         try:
-            return any(abs(x) < _NOTHING for x in evaluate(sides, place))
+            return any(abs(x) < _NOTHING for x in evaluate(surfaces, place))
         except DomainError:
             return True
-
-
-def _sides(atom: sp.Expr) -> Iterator[sp.Expr]:
-    """Return the expressions that a function with a kink equals on either side of it."""
-    first = atom.args[0]
-    if isinstance(atom, sp.Abs):
-        return iter((first, -first))
-    if isinstance(atom, sp.sign):
-        return iter((sp.Integer(1), sp.Integer(-1)))
-    if isinstance(atom, sp.Heaviside):
-        return iter((sp.Integer(1), sp.Integer(0)))
-    return iter((first, atom.args[1]))

@@ -20,10 +20,11 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.parameter_relations import ParameterFacts
-from lagrange_cli.analysis.equilibria.rest_system import KINKED, kinks_at
+from lagrange_cli.analysis.equilibria.rest_system import kinks_at
 from lagrange_cli.analysis.linear.energy_test import EnergyTest, reduced_energy
 from lagrange_cli.analysis.linear.linearize import LinearSystem, exact_matrices, in_doubles
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf, Stability
+from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:

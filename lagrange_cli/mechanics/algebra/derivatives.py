@@ -15,6 +15,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in, unknown_slope
+from lagrange_cli.mechanics.kinks import Cases
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
@@ -45,6 +46,7 @@ _SLOPES: dict[Any, Callable[[sp.Expr], sp.Expr]] = {
     sp.log: lambda x: 1 / x,
     sp.Abs: sp.sign,
     sp.sign: lambda x: _ZERO,
+    sp.Heaviside: lambda x: _ZERO,
 }
 
 
@@ -69,6 +71,10 @@ def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         return expr.exp * expr.base ** (expr.exp - 1) * derivative(expr.base, symbol)
     if expr.func in _SLOPES:
         return _SLOPES[expr.func](expr.args[0]) * derivative(expr.args[0], symbol)
+    if isinstance(expr, Cases):
+        value, side, strict, otherwise = expr.args
+        slopes = (sp.factor_terms(derivative(e, symbol)) for e in (value, otherwise))
+        return Cases(next(slopes), side, strict, next(slopes))
     if is_unknown(expr):
         return unknown_slope(expr) * derivative(expr.args[0], symbol)
     return _general_derivative(expr, symbol)

@@ -13,6 +13,8 @@ import sympy as sp
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.free_symbols import holds
+from lagrange_cli.mechanics.kinks import BENT, JUMPING, STEPS, step_beside_surface
+from lagrange_cli.mechanics.proofs.continuity import solutions
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.scene.model import Term
@@ -28,16 +30,14 @@ def jump_warnings(reduced: Reduced) -> Iterator[Problem]:
     for kind, terms in (("potential", scene.potentials), ("kinetic term", scene.kinetic)):
         for term in terms:
             expression = reduced.resolve(reduced.convert(term.expression))
-            if holds(expression, sp.sign, sp.Heaviside) or _bends_in_velocities(
-                expression, reduced
-            ):
+            if holds(expression, *JUMPING) or _bends_in_velocities(expression, reduced):
                 yield from _warning(kind, term, expression, reduced)
 
 
 def _bends_in_velocities(expression: sp.Expr, reduced: Reduced) -> bool:
-    if not holds(expression, sp.Abs, sp.Min, sp.Max):
+    if not holds(expression, *BENT):
         return False
-    kinks = expression.atoms(sp.Abs, sp.Min, sp.Max)
+    kinks = expression.atoms(*BENT)
     velocities = {c.v for c in reduced.coordinates}
     return any(not velocities.isdisjoint(kink.free_symbols) for kink in kinks)
 
@@ -59,7 +59,7 @@ def _warning(kind: str, term: Term, expression: sp.Expr, reduced: Reduced) -> It
 
 def _by_signs(expression: sp.Expr) -> sp.Expr:
     """Write every kink as a sign times its argument."""
-    replaced = expression.replace(sp.Heaviside, lambda u, *_: (1 + sp.sign(u)) / 2)
+    replaced = expression.replace(lambda e: isinstance(e, STEPS), step_beside_surface)
     replaced = replaced.replace(sp.Max, lambda *a: _largest(a))
     replaced = replaced.replace(sp.Min, lambda *a: -_largest([-u for u in a]))
     return replaced.replace(sp.Abs, lambda u: sp.sign(u, evaluate=False) * u)
@@ -80,8 +80,4 @@ def _jumps(written: sp.Expr) -> bool:
 def _jumps_at(written: sp.Expr, kink: sp.Expr) -> bool:
     surface = kink.args[0]
     jump = written.xreplace({kink: sp.Integer(1)}) - written.xreplace({kink: sp.Integer(-1)})
-    for symbol in sorted(surface.free_symbols, key=str):
-        slope = derivative(surface, symbol)
-        if slope != 0 and symbol not in slope.free_symbols:
-            return not vanish(jump.xreplace({symbol: symbol - surface / slope}))
-    return not vanish(jump)
+    return not any(vanish(jump.xreplace(there)) for there in (*solutions(surface), {}))

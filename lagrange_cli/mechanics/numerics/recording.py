@@ -10,6 +10,7 @@ import sympy as sp
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.free_symbols import is_unknown
+from lagrange_cli.mechanics.kinks import STEPS, step_by_signs
 from lagrange_cli.mechanics.numerics.elementary import (
     ELEMENTARY_FUNCTIONS,
     DomainError,
@@ -34,6 +35,7 @@ class Recording:
         self._constants: set[int] = set()
         self._products: dict[tuple[int, int], int] = {}
         self._below: dict[int, list[int]] = {}
+        self._steps: dict[sp.Basic, sp.Expr] = {}
         for symbol in inputs:
             self._index[symbol] = self._append("input", None, None)
         self.inputs = len(inputs)
@@ -63,11 +65,23 @@ class Recording:
                 self._index[top] = places[id(top)] = self._node(top, places)
             else:
                 stack.append((top, True))
-                stack.extend([(a, False) for a in reversed(top.args) if id(a) not in places])
+                operands = self._operands(top)
+                stack.extend([(a, False) for a in reversed(operands) if id(a) not in places])
         return places[id(expr)]
 
+    def _operands(self, expr: sp.Basic) -> tuple[sp.Basic, ...]:
+        """Return the arguments of an operation; those of a step are that step with signs."""
+        if not isinstance(expr, STEPS):
+            operands: tuple[sp.Basic, ...] = expr.args
+            return operands
+        if expr not in self._steps:
+            self._steps[expr] = step_by_signs(expr)
+        return (self._steps[expr],)
+
     def _node(self, expr: sp.Basic, places: Mapping[int, int]) -> int:
-        args = [places[id(a)] for a in expr.args]
+        args = [places[id(a)] for a in self._operands(expr)]
+        if isinstance(expr, STEPS):
+            return args[0]
         if self._constants.issuperset(args):
             if not expr.is_Rational:
                 value = expr.evalf(mpmath.mp.dps + 5)

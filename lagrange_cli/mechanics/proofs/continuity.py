@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.alpha_equivalence import shape
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in
+from lagrange_cli.mechanics.kinks import BENT, Cases
 
 #: Most operations in a radicand whose zeros are examined, so that this stays quick; a longer one
 #: counts as one that may bend. Not tuned.
@@ -32,8 +34,6 @@ _INFINITE = (sp.tan, sp.log, sp.atanh)
 _INVERSE = (sp.asin, sp.acos, sp.atan)
 #: Periodic functions.
 _PERIODIC = (sp.sin, sp.cos, sp.tan)
-#: Functions with a kink.
-_BENT = (sp.Abs, sp.Max, sp.Min)
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,8 @@ class _Natures:
             return _SMOOTH
         if isinstance(e, sp.exp):
             return self._function(e)
+        if isinstance(e, Cases) and not self._joins(e):
+            return None
         parts = [self.nature(a) for a in e.args]
         natures = [p for p in parts if p is not None]
         if len(natures) < len(parts):
@@ -133,6 +135,14 @@ class _Natures:
             return self._power(e, natures[0])
         return self._function(e)
 
+    def _joins(self, e: sp.Expr) -> bool:
+        """Say whether both cases are equal on the surface between them."""
+        value, side, _, otherwise = e.args
+        if self.moving.isdisjoint(symbols_in(side)):
+            return True
+        difference = value - otherwise
+        return any(sp.expand(difference.xreplace(there)) == 0 for there in solutions(side))
+
     def _function(self, e: sp.Expr) -> _Nature | None:
         natures = [self.nature(a) for a in e.args]
         known = [n for n in natures if n is not None]
@@ -141,7 +151,7 @@ class _Natures:
         infinite, bent = any(n.infinite for n in known), any(n.bent for n in known)
         if e.func in _INVERSE and e.args[0].has(*_PERIODIC):
             bent = True  # asin(sin(x)) is a sawtooth
-        if e.func in _BENT:
+        if e.func in BENT or isinstance(e, Cases):
             return _Nature(infinite, True)
         # An unknown function counts as smooth.
         if infinite or not (e.func in (*_CONTINUOUS, *_INFINITE) or is_unknown(e)):
@@ -203,6 +213,14 @@ class _Natures:
             return True
         moving = [s for s in symbols if s in self.moving and s in (above * below).free_symbols]
         return not moving or bool(sp.Poly(above * below, *moving).is_sqf)
+
+
+def solutions(surface: sp.Expr) -> Iterator[dict[sp.Symbol, sp.Expr]]:
+    """Yield ``surface = 0`` solved for each symbol in which it is linear."""
+    for symbol in sorted(surface.free_symbols, key=str):
+        slope = derivative(surface, symbol)
+        if slope != 0 and symbol not in slope.free_symbols:
+            yield {symbol: symbol - surface / slope}
 
 
 def _is_square_free_in(e: sp.Expr, symbol: sp.Symbol) -> bool:

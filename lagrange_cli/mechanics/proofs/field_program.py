@@ -21,6 +21,7 @@ from typing import Any
 import sympy as sp
 
 from lagrange_cli.mechanics.free_symbols import is_unknown
+from lagrange_cli.mechanics.kinks import KINKED, STEPS, step_beside_surface
 
 #: Operations in an argument of sin or exp above which it is not multiplied out, so that zero
 #: tests stay quick; a claim about a longer one stays unproven. Not tuned.
@@ -140,15 +141,12 @@ class FieldProgram:
     def _function(self, e: sp.Expr) -> int:
         if e.func in (sp.sin, sp.cos):
             return self._append("coordinate", (self._circle(e.args[0]), e.func is sp.sin))
-        if e.func in (sp.Abs, sp.sign, sp.Heaviside):
+        if isinstance(e, STEPS):
+            return self.number(step_beside_surface(e))
+        if e.func in (sp.Abs, sp.sign):
             side = self._side(e.args[0])
             if e.func is sp.sign:
                 return side
-            if e.func is sp.Heaviside:
-                half = self.number(sp.Rational(1, 2))
-                return self._append(
-                    "product", [half, self._append("sum", [self.number(sp.S.One), side])]
-                )
             return self._append("product", [side, self.number(e.args[0])])
         if e.func in (sp.Max, sp.Min):
             return self._extreme(e.func, e.args, self.number)
@@ -194,7 +192,7 @@ class FieldProgram:
         split = sp.Pow(sp.factor_terms(base), exponent)
         if split.is_Mul:
             return self.number(split)
-        rough = base.has(sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside)
+        rough = base.has(*KINKED)
         if base not in self.roots:
             self.roots[base] = Indeterminate(
                 1, bool(base.is_Rational), not base.free_symbols, rough

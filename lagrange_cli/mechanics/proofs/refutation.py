@@ -13,6 +13,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.kinks import KINKED, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
 _ZERO = mpf(0)
@@ -163,9 +164,8 @@ def _surfaces(expressions: Sequence[sp.Expr]) -> Iterator[tuple[sp.Expr, sp.Symb
     They are zeros of sums, and of the arguments of switching functions.
     """
     sums = set().union(*(e.atoms(sp.Add) for e in expressions))
-    for switch in set().union(*(e.atoms(sp.Abs, sp.sign, sp.Max, sp.Min) for e in expressions)):
-        first, *others = switch.args
-        sums.update([first - argument for argument in others] or [first])
+    for kink in set().union(*(e.atoms(*KINKED) for e in expressions)):
+        sums.update(surfaces_of(kink))
     number = 0
     for surface in sorted(sums, key=_key):
         for symbol in sorted(surface.free_symbols, key=_key):

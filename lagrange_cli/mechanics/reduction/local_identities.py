@@ -14,6 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
@@ -21,7 +22,7 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 EquationSides = tuple[sp.Expr, sp.Expr]
 
 #: Functions with branches.
-_BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, sp.Abs, sp.sign, sp.Max, sp.Min)
+_BRANCHES = (sp.asin, sp.acos, sp.atan, sp.atan2, sp.acosh, *KINKED)
 
 #: Distances around a point at which an identity is tried, relative to scales, widest first; the
 #: last is far below the distance from a border of a start that is not meant to be on it.

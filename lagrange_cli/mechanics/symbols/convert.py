@@ -25,8 +25,10 @@ from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum, power
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.free_symbols import unknown_function
+from lagrange_cli.mechanics.kinks import Cases
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
+    PIECEWISE,
     TIME_DERIVATIVES,
     Add,
     Call,
@@ -63,9 +65,9 @@ _LEFT = 20_000
 
 #: Functions of the scene language in SymPy, except those that become powers and derivatives.
 SYMPY_FUNCTIONS: dict[str, Callable[..., sp.Expr]] = {
-    name: getattr(sp, name.capitalize() if name in ("abs", "min", "max") else name)
+    name: getattr(sp, name.capitalize() if name in ("abs", "min", "max", "heaviside") else name)
     for name in FUNCTIONS
-    if name not in ("sqrt", "norm", *TIME_DERIVATIVES)
+    if name not in ("sqrt", "norm", PIECEWISE, *TIME_DERIVATIVES)
 }
 
 #: Odd functions, which change their sign with their argument, and even ones, which do not.
@@ -194,6 +196,8 @@ class _Conversion:
         return power(base, exponent)
 
     def call(self, node: Call) -> sp.Expr:
+        if node.function == PIECEWISE:
+            return self.cases(node)
         arguments = [self.convert(a) for a in node.arguments]
         if node.function in TIME_DERIVATIVES:
             if self.rate is None:
@@ -210,6 +214,17 @@ class _Conversion:
         if node.function == "sqrt":
             return self.root(node, arguments[0], sp.S.Half)
         return SYMPY_FUNCTIONS[node.function](*arguments)
+
+    def cases(self, node: Call) -> sp.Expr:
+        """Build the values of ``piecewise``, of which the first counts whose condition holds."""
+        *pieces, otherwise = node.arguments
+        result = self.convert(otherwise)
+        for piece in reversed(pieces):
+            assert isinstance(piece, Call)
+            value, left, right = map(self.convert, piece.arguments)
+            side = left - right if piece.function.startswith(">") else right - left
+            result = Cases(value, side, sp.Integer(not piece.function.endswith("=")), result)
+        return result
 
     def scene_function(self, function: DeclaredFunction, order: int, argument: sp.Expr) -> sp.Expr:
         """Apply a function of the scene, or a derivative of it."""

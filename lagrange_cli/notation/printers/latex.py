@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import ClassVar
 
 from lagrange_cli.notation.layout import Piece, joined
 from lagrange_cli.notation.printers.one_line import group
@@ -19,6 +20,7 @@ LATEX_FUNCTIONS = {
     **{f"a{name}": rf"\operatorname{{ar{name}}}" for name in ("sinh", "cosh", "tanh")},
     **{name: rf"\operatorname{{{name}}}" for name in ("atan2", "abs")},
     "sign": r"\operatorname{sgn}",
+    "heaviside": r"\operatorname{H}",
     "log": r"\ln",
 }
 
@@ -39,6 +41,8 @@ class LatexPrinter(TypesetPrinter):
     root_opening = r"\sqrt"
     sum_opening = r"\sum"
     bars_opening = r"\left|"
+    cases_opening = r"\begin{cases}"
+    relations: ClassVar = {">=": r"\ge", "<=": r"\le", ">": ">", "<": "<"}
     word_openings: tuple[str, ...] = (r"\mathrm{", r"\dot{\mathrm{", r"\ddot{\mathrm{", r"\text{")
     group_openings = ("(", r"\bigl", r"\left", r"\Bigl")
 
@@ -66,6 +70,10 @@ class LatexPrinter(TypesetPrinter):
 
     def magnitude(self, body: str) -> str:
         return rf"\left| {body} \right|"
+
+    def cases(self, rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+        lines = (f"{value}, & " + r", \ ".join(conditions) for value, conditions in rows)
+        return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def exponential(self, exponent: str) -> str:
         return rf"\mathrm{{e}}^{{{exponent}}}"

@@ -10,6 +10,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from html import escape, unescape
+from typing import ClassVar
 
 from lagrange_cli.latex_allowlist import Accent, LatexPart, Script, Sign, latex_parts
 from lagrange_cli.notation.printers.typeset import TypesetPrinter
@@ -311,6 +312,7 @@ _NAMES = {
     **{f"a{name}": f"ar{name}" for name in ("sinh", "cosh", "tanh")},
     **{name: name for name in ("atan2", "abs")},
     "sign": "sgn",
+    "heaviside": "H",
     "log": "ln",
 }
 
@@ -343,6 +345,13 @@ class MathmlPrinter(TypesetPrinter):
     root_opening = "<msqrt>"
     sum_opening = "<mo>∑</mo>"
     bars_opening = "<mrow><mo>|</mo>"
+    cases_opening = "<mrow><mo>{</mo>"
+    relations: ClassVar = {
+        ">=": "<mo>≥</mo>",
+        "<=": "<mo>≤</mo>",
+        ">": "<mo>&gt;</mo>",
+        "<": "<mo>&lt;</mo>",
+    }
     word_openings = ()
     group_openings = ("<mo", "<mrow><mo>(</mo>")
 
@@ -376,6 +385,11 @@ class MathmlPrinter(TypesetPrinter):
 
     def magnitude(self, body: str) -> str:
         return f"{self.bars_opening}{body}<mo>|</mo></mrow>"
+
+    def cases(self, rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+        separator = self.comma + mathml_space(0.5)
+        cells = ((value + self.comma, separator.join(conditions)) for value, conditions in rows)
+        return f"{self.cases_opening}{mathml_table(cells, ('left', 'left'))}</mrow>"
 
     def exponential(self, exponent: str) -> str:
         return mathml_scripted(_identifier("e", upright=True), above=exponent)

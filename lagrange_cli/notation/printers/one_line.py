@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from lagrange_cli.notation.layout import (
     FACTOR_DEPTH,
@@ -14,6 +15,7 @@ from lagrange_cli.notation.layout import (
     joined,
     prefixed,
     suffixed,
+    width,
 )
 from lagrange_cli.notation.tree import (
     DisplayCall,
@@ -31,6 +33,7 @@ from lagrange_cli.notation.tree import (
     DisplaySymbol,
     factors_of,
 )
+from lagrange_cli.scene.language.expression import CONDITIONS
 
 
 def solid(text: str) -> list[Piece]:
@@ -58,7 +61,8 @@ class OneLinePrinter(ABC):
     ``times`` and ``over`` stand between factors and at a division; ``lead``
     begins a line that continues a product. ``times_width`` and ``sign_width``
     are the widths of signs between factors and terms; ``negation`` stands before a negative
-    first term; ``at_least`` is the sign of gaps, ``pi`` the number π.
+    first term; ``at_least`` is the sign of gaps, ``pi`` the number π. ``relations`` are the signs
+    in conditions.
     """
 
     times = "*"
@@ -69,6 +73,12 @@ class OneLinePrinter(ABC):
     over = "/"
     pi = "pi"
     at_least = "\N{GREATER-THAN OR EQUAL TO}"
+    relations: ClassVar[Mapping[str, str]] = {
+        ">=": "\N{GREATER-THAN OR EQUAL TO}",
+        "<=": "\N{LESS-THAN OR EQUAL TO}",
+        ">": ">",
+        "<": "<",
+    }
 
     def __init__(self) -> None:
         self._rows: dict[type, Callable[[DisplayNode], list[Piece]]] = {
@@ -173,7 +183,7 @@ class OneLinePrinter(ABC):
         for index, factor in enumerate(factors):
             following = factors[index + 1] if index + 1 < len(factors) else None
             body = self.factor(factor, closed=_opens(following))
-            if following is not None and isinstance(factor, DisplaySeries):
+            if following is not None and self.is_open(factor):
                 body = self.group(body)
             if result:
                 separator = self.separator(factors[index - 1], body[0].text)
@@ -186,6 +196,10 @@ class OneLinePrinter(ABC):
                 )
             result.extend(body)
         return result
+
+    def is_open(self, node: DisplayNode) -> bool:
+        """Tell whether a factor takes in what follows it, but for parentheses."""
+        return isinstance(node, DisplaySeries)
 
     def separator(self, before: DisplayNode, after: str) -> str:
         """Text between a factor and the next one."""
@@ -274,6 +288,22 @@ class OneLinePrinter(ABC):
 
     def exponent_width(self, exponent: str) -> float:
         return self.columns(exponent)
+
+    def arguments(self, node: DisplayCall) -> list[list[Piece]]:
+        """Return the arguments of a function; those with a condition in brackets."""
+        return [
+            group(argument_list([self.pieces(a.arguments[0]), self.condition(a)]), "[", "]")
+            if isinstance(a, DisplayCall) and a.function in CONDITIONS
+            else self.pieces(a)
+            for a in node.arguments
+        ]
+
+    def condition(self, piece: DisplayCall, relation: str = "") -> list[Piece]:
+        """Return the condition of a piece, or another relation between its sides."""
+        _, left, right = map(self.pieces, piece.arguments)
+        sign = self.relations[relation or piece.function]
+        text = f"{joined(left)} {sign} {joined(right)}"
+        return [Piece(text, width(left) + width(right) + 3)]
 
     def enclosed_call(self, node: DisplayCall) -> list[Piece]:
         """Return a function that a power follows."""

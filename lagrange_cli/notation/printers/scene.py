@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import ClassVar
 
 from lagrange_cli.notation.layout import Piece, columns, joined, prefixed
 from lagrange_cli.notation.printers.one_line import OneLinePrinter, argument_list, group, solid
@@ -18,19 +19,21 @@ from lagrange_cli.notation.tree import (
     DisplaySeries,
     DisplaySymbol,
 )
+from lagrange_cli.scene.language.expression import CONDITIONS
 
 
 class ScenePrinter(OneLinePrinter):
     """``(M + m)*ddot(r) - M*r*dot(theta)^2 + m*g``."""
 
     at_least = ">="
+    relations: ClassVar = {relation: relation for relation in CONDITIONS}
 
     def symbol(self, name: str, order: int = 0) -> str:
         return f"{DOT_WORDS[order]}({name})" if order else multiplier_symbol(name)
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
         name = node.function + "'" * (node.order or 0)
-        return _applied(name, [self.pieces(a) for a in node.arguments])
+        return _applied(name, self.arguments(node))
 
     def takes_power(self, node: DisplayCall, exponent: DisplayNode) -> bool:
         return False

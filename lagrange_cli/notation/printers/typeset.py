@@ -32,6 +32,7 @@ from lagrange_cli.notation.tree import (
     factors_of,
     is_rate,
 )
+from lagrange_cli.scene.language.expression import CONDITIONS, PIECEWISE
 
 #: Functions whose power stands at the name, and whose argument needs no parentheses where it is
 #: one letter.
@@ -44,6 +45,9 @@ WIDEST_PART = 44
 _BESIDE_ROOT = 4
 #: Width of the widest exponent of e; wider ones are arguments of exp. Set by hand.
 _WIDEST_EXPONENT = 14
+
+#: Relation → the one that holds where it does not.
+_OPPOSITES = {">=": "<", "<": ">=", ">": "<=", "<=": ">"}
 
 _WIDE = frozenset("mwABCDEFGHKLMNOPQRTUVWXYZ")
 
@@ -68,10 +72,10 @@ class TypesetPrinter(OneLinePrinter):
         are not equal.
     applied, applied_to_letter
         Text between a function and its parentheses, and before an argument without them.
-    number_openings, ratio_opening, root_opening, sum_opening, bars_opening, word_openings,
-    group_openings
+    number_openings, ratio_opening, root_opening, sum_opening, bars_opening, cases_opening,
+    word_openings, group_openings
         Beginnings of numbers, of fractions, of roots, of sums over indices, of absolute values,
-        of names of several letters, of parentheses.
+        of cases, of names of several letters, of parentheses.
     """
 
     times = " "
@@ -93,6 +97,7 @@ class TypesetPrinter(OneLinePrinter):
     root_opening: str
     sum_opening: str
     bars_opening: str
+    cases_opening: str
     word_openings: tuple[str, ...]
     group_openings: tuple[str, ...]
 
@@ -141,6 +146,10 @@ class TypesetPrinter(OneLinePrinter):
     @abstractmethod
     def magnitude(self, body: str) -> str:
         """Return an absolute value."""
+
+    @abstractmethod
+    def cases(self, rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+        """Return values below each other, each with the conditions under which it holds."""
 
     @abstractmethod
     def exponential(self, exponent: str) -> str:
@@ -195,7 +204,7 @@ class TypesetPrinter(OneLinePrinter):
     def group(self, pieces: list[Piece]) -> list[Piece]:
         """Parentheses that fit: taller ones around fractions and sums."""
         text = joined(pieces)
-        tall = self.ratio_opening, self.root_opening, self.sum_opening
+        tall = self.ratio_opening, self.root_opening, self.sum_opening, self.cases_opening
         if not any(opening in text for opening in tall):
             return self.plain(pieces)
         if width(pieces) <= self.widest:
@@ -245,7 +254,28 @@ class TypesetPrinter(OneLinePrinter):
         sums = tuple(f for f in still if isinstance(f, DisplaySum))
         return tuple(f for f in still if not isinstance(f, DisplaySum)), sums + moving
 
+    def is_open(self, node: DisplayNode) -> bool:
+        is_cases = isinstance(node, DisplayCall) and node.function == PIECEWISE
+        return is_cases or super().is_open(node)
+
+    def _cases(self, node: DisplayCall) -> list[Piece]:
+        """Return the values in cases. Each row says, too, that no condition before it holds."""
+        rows: list[tuple[str, list[str]]] = []
+        missed: list[str] = []
+        widest = 0.0
+        for piece in node.arguments:
+            conditions, value = list(missed), piece
+            if isinstance(piece, DisplayCall) and piece.function in CONDITIONS:
+                value, relation = piece.arguments[0], piece.function
+                conditions.append(joined(self.condition(piece)))
+                missed.append(joined(self.condition(piece, _OPPOSITES[relation])))
+                widest = max(widest, width(self.pieces(value)) + width(self.condition(piece)))
+            rows.append((joined(self.pieces(value)), conditions))
+        return [Piece(self.cases(rows), widest + 5)]
+
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
+        if node.function == PIECEWISE:
+            return self._cases(node)
         arguments = [self.pieces(a) for a in node.arguments]
         if node.function == "exp" and not power:
             inner = joined(arguments[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import ClassVar
 
 from lagrange_cli.latex_allowlist import (
     Accent,
@@ -25,6 +26,7 @@ from lagrange_cli.notation.symbols import (
     subscript,
 )
 from lagrange_cli.notation.tree import DisplayCall, DisplayNumber
+from lagrange_cli.scene.language.expression import CONDITIONS
 
 #: Greek letters as Typst calls them where it has another name for what LaTeX prints.
 _VARIANTS = {
@@ -204,6 +206,7 @@ TYPST_FUNCTIONS = {
     **{f"a{name}": f'op("ar{name}")' for name in ("sinh", "cosh", "tanh")},
     **{name: f'op("{name}")' for name in ("atan2", "abs")},
     "sign": 'op("sgn")',
+    "heaviside": 'op("H")',
     "log": "ln",
 }
 
@@ -229,6 +232,8 @@ class TypstPrinter(TypesetPrinter):
     root_opening = "sqrt("
     sum_opening = "sum_("
     bars_opening = "abs("
+    cases_opening = "cases("
+    relations: ClassVar = {relation: relation for relation in CONDITIONS}
     # Typst sets spaces beside words by itself, but not beside those with dots.
     word_openings = ('dot("', 'dot.double("')
     group_openings = ("(", "lr(")
@@ -256,6 +261,10 @@ class TypstPrinter(TypesetPrinter):
 
     def magnitude(self, body: str) -> str:
         return f"abs({body})"
+
+    def cases(self, rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+        lines = (rf"{value}\, & " + r"\, thick ".join(conditions) for value, conditions in rows)
+        return f"cases({', '.join(lines)})"
 
     def exponential(self, exponent: str) -> str:
         return typst_scripted("upright(e)", "^", exponent)

@@ -73,7 +73,7 @@ class UnicodePrinter(OneLinePrinter):
         return [*self.factors(tuple(others)), *self.divided(solid(str(head.denominator)))]
 
     def call(self, node: DisplayCall, power: str, *, closed: bool) -> list[Piece]:
-        arguments = [self.pieces(a) for a in node.arguments]
+        arguments = self.arguments(node)
         if node.function == "abs":
             return group(arguments[0], "|", "|")
         if is_rate(node):

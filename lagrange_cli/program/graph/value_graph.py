@@ -16,12 +16,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING, TypeAlias
 
 import sympy
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.kinks import STEPS, step_by_signs
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,
     ODD_FUNCTIONS,
@@ -278,10 +278,8 @@ class ValueGraph:
         arguments = [self._known[a] for a in _arguments(e)]
         if e.func in _RECIPROCALS:
             return self.multiply([(self.call(_RECIPROCALS[e.func], *arguments), -1)])
-        if e.func is sympy.Heaviside:
-            # H(x) = (1 + sign x)/2, with the value 1/2 at zero.
-            sign, number = self.call("sign", arguments[0])
-            return self.add([(Fraction(1, 2), ONE), (quotient(sign, 2), number)])
+        if isinstance(e, STEPS):
+            return arguments[0]
         name = _CALLS.get(e.func)
         if name is None:
             raise _unprintable(str(e.func))
@@ -306,8 +304,8 @@ def _arguments(e: Expr) -> tuple[Expr, ...]:
     """List the arguments that must be converted first; exact exponents are not among them."""
     if e.is_Pow and e.exp.is_Rational:
         return (e.base,)
-    if e.func is sympy.Heaviside:
-        return (e.args[0],)
+    if isinstance(e, STEPS):
+        return (step_by_signs(e),)
     return tuple(e.args)
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from lagrange_cli.scene.language.bounds import ANY_EXTENT, Extent, extent_of
 from lagrange_cli.scene.language.expression import (
+    PIECEWISE,
     TIME_DERIVATIVES,
     Call,
     Expression,
@@ -25,7 +26,7 @@ from lagrange_cli.scene.language.expression import (
 from lagrange_cli.scene.language.templates import shape_of
 
 #: Functions without a derivative everywhere.
-NONSMOOTH = ("abs", "sign", "min", "max")
+NONSMOOTH = ("abs", "sign", "min", "max", "heaviside", PIECEWISE)
 
 
 @dataclass(frozen=True, slots=True)

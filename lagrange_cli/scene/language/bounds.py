@@ -68,6 +68,7 @@ _FUNCTIONS: dict[str, Callable[..., float]] = {
     "min": lambda *values: min(values),
     "max": lambda *values: max(values),
     "norm": math.hypot,
+    "heaviside": lambda x: 0.5 if x == 0 else float(x > 0),
 }
 
 

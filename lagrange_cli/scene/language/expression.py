@@ -18,11 +18,12 @@ from lagrange_cli.errors import Mark
 FUNCTIONS: dict[str, int | None] = {
     **dict.fromkeys(("sin", "cos", "tan", "asin", "acos", "atan"), 1),
     **dict.fromkeys(("sinh", "cosh", "tanh", "asinh", "acosh", "atanh"), 1),
-    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign"), 1),
+    **dict.fromkeys(("exp", "log", "sqrt", "abs", "sign", "heaviside"), 1),
     "atan2": 2,
     "min": None,
     "max": None,
     "norm": None,
+    "piecewise": None,
     "dot": 1,
     "ddot": 1,
 }
@@ -32,6 +33,11 @@ TIME_DERIVATIVES = {"dot": 1, "ddot": 2}
 
 #: A sum over ranges, until it is written out: ``Call(SUM, (body, range, ...))``.
 SUM = "sum"
+#: Values under conditions: ``Call(PIECEWISE, (piece, ..., otherwise))``. A piece ``[value, a < b]``
+#: is ``Call("<", (value, a, b))``.
+PIECEWISE = "piecewise"
+#: Relations in the condition of a piece.
+CONDITIONS = (">=", ">", "<=", "<")
 #: A range ``i=1..n``: ``Call(RANGE, (Name("i"), first, last))``.
 RANGE = ".."
 

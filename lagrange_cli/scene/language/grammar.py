@@ -133,7 +133,7 @@ def _tokens(text: str, limited: bool, declares: bool = False) -> list[Token]:
         raise ExpressionLimitError(
             f"an expression of more than {MAX_LENGTH} characters", (0, 1), rule="limit"
         )
-    return _with_ranges(tokenize(text), declares)
+    return _with_conditions(_with_ranges(tokenize(text), declares))
 
 
 def _with_ranges(tokens: list[Token], declares: bool) -> list[Token]:
@@ -149,6 +149,22 @@ def _with_ranges(tokens: list[Token], declares: bool) -> list[Token]:
             follows = (",", "[") if declares else (",",)
             if tokens[i - 1].kind == "name" and tokens[i - 2].text in follows:
                 tokens[i] = replace(token, kind="range")
+    return tokens
+
+
+def _with_conditions(tokens: list[Token]) -> list[Token]:
+    """Tell the relations of pieces, in ``piecewise([value, a < b], ...)``, from those of equations.
+
+    A bracket behind a name holds indices; any other one is a piece.
+    """
+    is_piece: list[bool] = []
+    for i, token in enumerate(tokens):
+        if token.text in ("(", "["):
+            is_piece.append(token.text == "[" and (i == 0 or tokens[i - 1].kind != "name"))
+        elif token.text in (")", "]") and is_piece:
+            is_piece.pop()
+        elif any(is_piece) and _is_relation(token):
+            tokens[i] = replace(token, kind="condition")
     return tokens
 
 

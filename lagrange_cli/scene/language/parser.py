@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from lagrange_cli.scene.language.expression import (
+    CONDITIONS,
     FUNCTIONS,
+    PIECEWISE,
     RANGE,
     RESERVED,
     SUM,
@@ -26,6 +28,7 @@ from lagrange_cli.scene.language.tokens import (
     ExpressionError,
     ExpressionLimitError,
     Token,
+    call_meant,
     in_radians,
     number_value,
     operand_from,
@@ -76,6 +79,8 @@ class _Bracket:
         Signs and bases that wait for the operand to their right.
     index, first
         Index and first end of a range being read, if any.
+    relation
+        Relation in the condition of a piece, once it is read.
     """
 
     opener: Token | None = None
@@ -89,12 +94,22 @@ class _Bracket:
     pending: list[Token | Node] = field(default_factory=list)
     index: Token | None = None
     first: Node | None = None
+    relation: Token | None = None
+
+    @property
+    def is_piece(self) -> bool:
+        """True of the brackets around a value and its condition."""
+        return self.opener is not None and self.opener.text == "[" and self.function is None
 
     @property
     def at_start(self) -> bool:
         """True if nothing of the sum has been read."""
         return not (self.terms or self.sign or self.factors or self.pending)
 
+
+#: What stands in the brackets of a piece, and between the sides of its condition.
+_PIECE = "a piece is a value and a condition: [value, x >= a]"
+_RELATIONS = "'>=', '>', '<=' or '<'"
 
 #: Names of degrees behind a number.
 _DEGREES = ("deg", "degree", "degrees")
@@ -127,7 +142,7 @@ class _Parser:
             self.value = Number(number_value(token), token.text, token.span)
         elif token.kind == "name":
             self._name(token)
-        elif token.text == "(":
+        elif token.text == "(" or (token.text == "[" and self._begins_piece()):
             self._open(token, None)
         elif token.text in ("+", "-"):
             self._sign(token)
@@ -141,7 +156,7 @@ class _Parser:
             self.position += 1
             self._open(following, token)
         elif token.text in FUNCTIONS or token.text == SUM:
-            hint = f"write {self._call_meant(token)}"
+            hint = f"write {call_meant(self.tokens, self.position)}"
             raise ExpressionError(f"'{token.text}' is a function", token.span, hint)
         elif following.text == "[":
             if token.text in RESERVED:
@@ -177,6 +192,12 @@ class _Parser:
     def _operator(self, token: Token, value: Node) -> None:
         bracket = self.brackets[-1]
         self.value = None
+        if _is_piece(value) and token.text != ",":
+            raise ExpressionError(
+                "the last argument of piecewise(...) is the value where no condition holds",
+                value.span,
+                "piecewise([value, condition], ..., otherwise)",
+            )
         if token.text == "^":
             self._deeper(token)
             bracket.pending.append(value)
@@ -192,11 +213,16 @@ class _Parser:
             self._close_bracket(token, value)
         elif token.text == "..":
             self._ends(token, value)
+        elif token.kind == "condition":
+            self._relation(token, value)
         else:
             self._refuse_juxtaposition(token)
 
     def _comma(self, token: Token, value: Node) -> None:
         bracket = self.brackets[-1]
+        if bracket.is_piece and not bracket.arguments:
+            bracket.arguments.append(self._end_sum(value))
+            return
         if bracket.function is None:
             before, behind = self.tokens[self.position - 2], self.tokens[self.position]
             decimal = (before.kind, behind.kind) == ("number", "number")
@@ -205,6 +231,32 @@ class _Parser:
             raise ExpressionError(said, token.span, hint if decimal else "")
         bracket.arguments.append(self._argument(value))
         self._begin_range()
+
+    def _begins_piece(self) -> bool:
+        """Tell whether an argument of ``piecewise`` begins here."""
+        bracket = self.brackets[-1]
+        function = bracket.function
+        return function is not None and function.text == PIECEWISE and bracket.at_start
+
+    def _relation(self, token: Token, value: Node) -> None:
+        """Read the relation of a piece's condition."""
+        bracket = self.brackets[-1]
+        if not bracket.is_piece or len(bracket.arguments) != 1:
+            raise ExpressionError(_PIECE, token.span)
+        if token.text not in CONDITIONS:
+            hint = "a condition is an inequality: two of them bound an interval"
+            raise ExpressionError(f"expected {_RELATIONS}, found '{token.text}'", token.span, hint)
+        bracket.arguments.append(self._end_sum(value))
+        bracket.relation = token
+
+    def _piece(self, end: Token, last: Node) -> Call:
+        """Finish a piece: its value, and both sides of its condition."""
+        bracket = self.brackets[-1]
+        assert bracket.opener is not None
+        span = (bracket.opener.start, end.end)
+        if bracket.relation is None:
+            raise ExpressionError(_PIECE, span)
+        return Call(bracket.relation.text, (*bracket.arguments, last), span)
 
     def _begin_range(self) -> None:
         """Read the beginning ``i=`` of a range, if the next argument is one."""
@@ -249,6 +301,8 @@ class _Parser:
         if (opener.text == "(") != (token.text == ")"):
             raise ExpressionError(f"this '{opener.text}' is never closed", opener.span)
         node = self._argument(value)
+        if bracket.is_piece:
+            node = self._piece(token, node)
         self.brackets.pop()
         self.depth -= 1
         function = bracket.function
@@ -277,18 +331,6 @@ class _Parser:
             f"expected an operator between {shown(before.text)} and {shown(token.text)}", span, hint
         )
 
-    def _call_meant(self, function: Token) -> str:
-        """Write the call that ``sin x``, ``sin^2 x`` or ``sin^2(x)`` is meant for."""
-        following, power = self.position, ""
-        caret, exponent = self.tokens[following].text, self.tokens[following + 1 : following + 2]
-        if caret == "^" and exponent[0].kind == "number":
-            following, power = following + 2, f"^{exponent[0].text}"
-        argument = operand_from(self.tokens, following)
-        if not argument:
-            return f"{function.text}(...)"
-        bracketed = argument if argument.startswith("(") else f"({argument})"
-        return f"{function.text}{bracketed}{power}"
-
     def _require_function(self, token: Token) -> None:
         name = token.text
         if name in FUNCTIONS or name == SUM or own_function(name) in self.functions:
@@ -308,6 +350,8 @@ class _Parser:
         span = (function.start, end)
         if function.text == SUM:
             return _sum(arguments, span)
+        if function.text == PIECEWISE:
+            _require_pieces(arguments, span)
         wanted = FUNCTIONS.get(function.text, 1)
         if wanted is not None and len(arguments) != wanted:
             plural = "" if wanted == 1 else "s"
@@ -389,3 +433,17 @@ def _sum(arguments: tuple[Node, ...], span: tuple[int, int]) -> Call:
             "sum(...) takes an expression and ranges", span, "as in sum(x[i]^2, i=1..n)"
         )
     return Call(SUM, (body, *ranges), span)
+
+
+def _is_piece(node: Node) -> bool:
+    return isinstance(node, Call) and node.function in CONDITIONS
+
+
+def _require_pieces(arguments: tuple[Node, ...], span: tuple[int, int]) -> None:
+    """Refuse ``piecewise`` without pieces, or with a value that is not the last."""
+    *pieces, _ = arguments
+    for piece in pieces:
+        if not _is_piece(piece):
+            raise ExpressionError(_PIECE, piece.span)
+    if not pieces:
+        raise ExpressionError("piecewise(...) needs pieces", span, _PIECE)

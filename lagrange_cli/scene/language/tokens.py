@@ -148,6 +148,22 @@ def in_radians(degrees: str) -> str:
     return f"angles are in radians: write {degrees}*pi/180"
 
 
+def call_meant(tokens: Sequence[Token], following: int) -> str:
+    """Write the call that ``sin x``, ``sin^2 x`` or ``sin^2(x)`` is meant for.
+
+    ``following`` is the place of the token behind the function.
+    """
+    function, power = tokens[following - 1].text, ""
+    caret, exponent = tokens[following].text, tokens[following + 1 : following + 2]
+    if caret == "^" and exponent[0].kind == "number":
+        following, power = following + 2, f"^{exponent[0].text}"
+    argument = operand_from(tokens, following)
+    if not argument:
+        return f"{function}(...)"
+    bracketed = argument if argument.startswith("(") else f"({argument})"
+    return f"{function}{bracketed}{power}"
+
+
 def operand_from(tokens: Sequence[Token], first: int) -> str:
     """Write the operand that begins at a token, ``""`` if none does."""
     token = tokens[first]

@@ -296,7 +296,7 @@ def _require_section(
     equations: Equations, difference: Expr, condition: WrittenCondition, start: int, end: int
 ) -> None:
     """Refuse an equation that holds always or never, or whose sides jump."""
-    import sympy
+    from lagrange_cli.mechanics.kinks import JUMPING
 
     moving = _moving(equations)
     if difference.free_symbols.isdisjoint(moving):
@@ -308,6 +308,6 @@ def _require_section(
             "this equation never holds: one side less the other is a fraction with a constant above"
         )
         raise condition.refusal(said, start, end, _SECTION)
-    if difference.has(sympy.sign):
-        said = "'sign' jumps past zero, so that this equation need not hold where it changes sides"
+    if difference.has(*JUMPING):
+        said = "a jump leads past zero, so that this equation need not hold where it changes sides"
         raise condition.refusal(said, start, end, "write its argument: 'x = 0, dot(x) > 0'")

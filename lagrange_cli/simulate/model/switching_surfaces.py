@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.kinks import KINKED, Cases, sides_of, surfaces_of
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.mechanics.system import Parameter
 from lagrange_cli.simulate.model.expressions import distinct_parts, rates
@@ -30,9 +31,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.system import Closure, Contact
 
 _ONE = sympy.Integer(1)
-
-#: Functions with a kink or a jump.
-_KINKED = (sympy.Abs, sympy.sign, sympy.Heaviside, sympy.Min, sympy.Max)
 
 #: Functions that need not be real past a zero of their argument: what stands in them stays as it
 #: is, and its surfaces only end steps.
@@ -69,7 +67,7 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
     ``parts`` are those of :func:`.expressions.calls_and_powers`.
     """
     further = distinct_parts(_beside_forces(equations))
-    if set(_KINKED).isdisjoint(map(type, chain(parts, further))):
+    if set(KINKED).isdisjoint(map(type, chain(parts, further))):
         return None
     moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
     moving |= {s for c in equations.system.coordinates for s in (c.q, c.v)}
@@ -112,7 +110,7 @@ def _momenta(equations: Equations, sides: _Sides) -> list[Expr]:
     """Return the momenta of coordinates on whose velocities a kink of L depends."""
     if sides.is_plain(equations.system.lagrangian):
         return []
-    kinks = equations.system.lagrangian.atoms(*_KINKED)
+    kinks = equations.system.lagrangian.atoms(*KINKED)
     kinked = {s for kink in kinks for s in kink.free_symbols}
     velocities = [c.v for c in equations.system.coordinates if c.v in kinked]
     lagrangian = (
@@ -180,7 +178,7 @@ class _Sides:
     def is_plain(self, e: Expr) -> bool:
         """Tell if nothing in an expression has a kink; parts that expressions share are known."""
         plain = e in self._plain
-        if not plain and not isinstance(e, _KINKED) and all(map(self.is_plain, e.args)):
+        if not plain and not isinstance(e, KINKED) and all(map(self.is_plain, e.args)):
             self._plain.add(e)
             plain = True
         return plain
@@ -189,13 +187,17 @@ class _Sides:
         if self._is_bounded(e):
             self._only_located(e)
             return e
-        if not isinstance(e, _KINKED):
+        if not isinstance(e, KINKED):
             return e.func(*map(self.smooth, e.args))
-        if self.moving.isdisjoint(e.free_symbols):
-            return e
+        if self.moving.isdisjoint(s for side in surfaces_of(e) for s in side.free_symbols):
+            return e.func(*map(self.smooth, e.args))
         if isinstance(e, (sympy.Min, sympy.Max)):
             return self._extremum(e)
-        up, down, sign = self._sides_of(e.args[0], self.smooth(e.args[0]))
+        (surface,) = surfaces_of(e)
+        up, down, sign = self._sides_of(surface, self.smooth(surface))
+        if isinstance(e, Cases):
+            above, below = map(self.smooth, sides_of(e))
+            return (up if sign > 0 else down) * above + (down if sign > 0 else up) * below
         if isinstance(e, sympy.Abs):
             return (up - down) * sign * self.smooth(e.args[0])
         if isinstance(e, sympy.sign):
@@ -222,15 +224,9 @@ class _Sides:
     def _only_located(self, e: Expr) -> None:
         """Add the surfaces of the kinks within an expression that stays as it is."""
         for part in _kinks(e):
-            if self.moving.isdisjoint(part.free_symbols):
-                continue
-            if isinstance(part, (sympy.Min, sympy.Max)):
-                plain = part.args[0]
-                for argument in part.args[1:]:
-                    self._sides_of(plain - argument, plain - argument)
-                    plain = part.func(plain, argument)
-            else:
-                self._sides_of(part.args[0], part.args[0])
+            for surface in surfaces_of(part):
+                if not self.moving.isdisjoint(surface.free_symbols):
+                    self._sides_of(surface, surface)
 
     def _sides_of(self, plain: Expr, smooth: Expr) -> tuple[Expr, Expr, int]:
         """Return the weights above and below a surface, and the sign with which it is listed."""
@@ -252,7 +248,7 @@ def _kinks(e: Expr) -> Iterator[Expr]:
     """Yield the kinked functions in an expression, inner ones first, in a fixed order."""
     for argument in e.args:
         yield from _kinks(argument)
-    if isinstance(e, _KINKED):
+    if isinstance(e, KINKED):
         yield e
 
 

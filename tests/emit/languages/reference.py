@@ -104,6 +104,7 @@ _FUNCTIONS = {
     "sign": _applied(mpmath.sign),
     **{name: _applied(min) for name in ("min", "Min")},
     **{name: _applied(max) for name in ("max", "Max")},
+    "Cases": _applied(lambda v, s, strict, w: v if s > 0 or (s == 0 and not strict) else w),
     "Heaviside": _applied(lambda x, *_: (1 + mpmath.sign(x)) / 2),
 }
 
