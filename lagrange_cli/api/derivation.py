@@ -68,6 +68,7 @@ class Derivation(Derived, Reported):
     fit = studies.fit
     lyapunov = studies.lyapunov
     section = studies.section
+    page = studies.page
     path = studies.path
     path_models = studies.path_models
 

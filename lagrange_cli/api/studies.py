@@ -292,3 +292,32 @@ def path_models(derived: Derived) -> PathModels:
     acting = replace(derived, equations=with_action(derived.equations))
     rates = [f"dot({c.name})" for c in derived.equations.system.coordinates]
     return PathModels(acting.model(), acting.model(rates), periodic_coordinates(derived.equations))
+
+
+def page(derived: Derived, *, language: str = "en") -> str:
+    """Return an HTML page on which the system moves, as ``lagrange show`` writes it.
+
+    The page holds the motion that :meth:`simulate` gives of the scene's parameters and start, and
+    integrates the emitted JavaScript itself where these are changed.
+
+    Parameters
+    ----------
+    language
+        The language of its words: ``en``, ``de`` or ``fr``.
+
+    Raises
+    ------
+    InputError
+        The scene has no start, nothing that could be drawn, or more than emitted JavaScript holds.
+
+    Examples
+    --------
+    >>> derivation = load("systems/pendulums/pendulum.yaml").derive()
+    >>> derivation.page()[:15]
+    '<!DOCTYPE html>'
+    """
+    from lagrange_cli.api.motion import simulate
+    from lagrange_cli.pages.page import page_of, require_shown
+
+    require_shown(derived.equations)
+    return page_of(derived.equations, simulate(derived), language)

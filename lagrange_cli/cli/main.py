@@ -26,6 +26,7 @@ COMMANDS = {
     "emit": "Code, a document or a sketch: LaTeX, Typst, C, Python, TikZ, SVG.",
     "analyze": "Symmetries, equilibria and their stability, linear system, modes.",
     "simulate": "A trajectory to the accuracy that you state.",
+    "show": "A page on which the system moves, with sliders, plots and the equations.",
     "path": "Paths of stationary action between two configurations.",
     "tradeoff": "Speed against accuracy of every method, measured.",
     "stress": "Results at extremes, which hold, degrade or are refused.",

@@ -15,6 +15,7 @@ import pytest
 import yaml
 
 import lagrange_cli.analysis
+import lagrange_cli.pages
 import lagrange_cli.report
 import lagrange_cli.simulate
 import lagrange_cli.studies
@@ -99,7 +100,7 @@ def spoken() -> frozenset[str]:
     rooms = [
         Path(room.__file__).parent
         for room in (
-            *(lagrange_cli.report, lagrange_cli.analysis),
+            *(lagrange_cli.report, lagrange_cli.analysis, lagrange_cli.pages),
             *(lagrange_cli.simulate, lagrange_cli.studies),
         )
     ]

@@ -6,4 +6,15 @@
 print; :mod:`.displaced` draws shapes of modes. Read :mod:`.sketch` first.
 """
 
-__all__ = ["displaced", "sketch", "svg", "tikz"]
+__all__ = [
+    "composition",
+    "configurations",
+    "displaced",
+    "findings",
+    "guides",
+    "sketch",
+    "svg",
+    "tikz",
+    "view",
+    "wheels",
+]

@@ -56,16 +56,51 @@ def sketch_of(equations: Equations) -> Sketch:
     InputError
         There are no particles, too many bodies, or no configuration that could be drawn.
     """
+    parts = parts_of(equations)
+    on_curves = {guide.particle for guide in parts.curves if guide.outside is None}
+    known = parts.known
+    known.links[:] = [_demoted(link, on_curves) for link in known.links]
+    frame = frame_of(known)
+    return _Drawing(known, parts.view, frame, parts.curves, parts.down, parts.wheels).sketch()
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What was found of a system.
+
+    Attributes
+    ----------
+    known
+        Bodies, links and angles.
+    view
+        How it is seen.
+    curves, wheels
+        Curves that hold particles, and bodies that roll.
+    down
+        The acceleration of gravity, None without it.
+    """
+
+    known: Findings
+    view: View
+    curves: list[Guide]
+    wheels: list[Wheel]
+    down: Array | None
+
+
+def parts_of(equations: Equations) -> Parts:
+    """Find the parts of a system.
+
+    Raises
+    ------
+    InputError
+        As :func:`sketch_of`.
+    """
     known = findings(configurations(equations))
     down = gravity(known.configurations)
     wheels = find_wheels(known.configurations, down)
     rims = [wheel.rim(known.places[0, wheel.particle], _ROUND) for wheel in wheels]
     view = view_of(known.configurations, down, *rims)
-    frame = frame_of(known)
-    curves = guides(known, view, frame)
-    on_curves = {guide.particle for guide in curves if guide.outside is None}
-    known.links[:] = [_demoted(link, on_curves) for link in known.links]
-    return _Drawing(known, view, frame, curves, down, wheels).sketch()
+    return Parts(known, view, guides(known, view, frame_of(known)), wheels, down)
 
 
 def _demoted(link: Link, on_curves: set[int]) -> Link:

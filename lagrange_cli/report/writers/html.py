@@ -279,7 +279,7 @@ def _display(rows: Sequence[Sequence[str]], sides: Sequence[str], kind: str) -> 
     return f'<div class="display {kind}">{shown}</div>'
 
 
-_STYLE = """\
+STYLE = """\
 :root { color-scheme: light dark; --ink: #1b1b1b; --paper: #fff; --line: #999; }
 @media (prefers-color-scheme: dark) {
   :root { --ink: #e4e4e4; --paper: #17181b; --line: #777; }
@@ -362,5 +362,5 @@ def _head(title: str, code: str) -> Iterator[str]:
     yield '<meta name="viewport" content="width=device-width, initial-scale=1"/>'
     yield '<meta name="generator" content="lagrange"/>'
     yield f"<title>{title}</title>"
-    yield f"<style>\n{_STYLE}</style>"
+    yield f"<style>\n{STYLE}</style>"
     yield "</head>"

@@ -1,0 +1,177 @@
+// Pointer, keys and controls, and the beginning of the page.
+
+function pixelOf(event) {
+  const box = painters.drawing.canvas.getBoundingClientRect();
+  return [event.clientX - box.left, event.clientY - box.top];
+}
+
+function nearestBody(pixel) {
+  let best = null;
+  data.stage.bodies.forEach(({ kind }, k) => {
+    const [x, y] = camera.pixel(view.places[k]);
+    const distance = Math.hypot(x - pixel[0], y - pixel[1]);
+    if (kind === 'mass' && distance < 18 && distance < (best?.distance ?? Infinity)) {
+      best = { body: k, distance };
+    }
+  });
+  return best;
+}
+
+function pressed(event) {
+  const pixel = pixelOf(event);
+  const found = nearestBody(pixel);
+  painters.drawing.canvas.setPointerCapture(event.pointerId);
+  const t = Math.min(view.t, motion.reached);
+  if (!found) {
+    view.drag = camera.isFlat ? null : { from: pixel };
+    return;
+  }
+  const state = Float64Array.from(motion.at(t)).fill(0, count);
+  view.drag = { body: found.body, state, t };
+}
+
+function moved(event) {
+  const { drag } = view;
+  if (!drag) return;
+  const pixel = pixelOf(event);
+  if (drag.from) {
+    camera.turn((drag.from[0] - pixel[0]) / 120, (pixel[1] - drag.from[1]) / 120);
+    drag.from = pixel;
+  } else {
+    const from = { t: span[0], y: drag.state, p: settings.p };
+    drag.state = dragged(stage, camera, from, drag.body, pixel, scales);
+  }
+}
+
+function released() {
+  const { drag } = view;
+  view.drag = null;
+  if (!drag?.state) return;
+  settings.y = [...drag.state];
+  changed();
+}
+
+const KEYS = {
+  ' ': () => setPlaying(!view.isPlaying),
+  ArrowRight: () => stepBy(1),
+  ArrowLeft: () => stepBy(-1),
+  Home: () => { view.t = span[0]; isStale = true; },
+};
+
+function stepBy(frames) {
+  setPlaying(false);
+  const by = (settings.until - span[0]) / 200;
+  view.t = Math.max(span[0], Math.min(settings.until, view.t + frames * by));
+}
+
+// -- the beginning ------------------------------------------------------------------------
+
+function option(select, value, text) {
+  const entry = select.appendChild(document.createElement('option'));
+  entry.value = value;
+  entry.textContent = text;
+}
+
+function fill() {
+  for (const key of ['speed', 'time', 'until', 'trace', 'twin', 'parameters', 'start', 'series', 'phase', 'section']) {
+    byId(`${key}-word`).textContent = words[key];
+  }
+  for (const key of ['step', 'reset', 'link']) byId(key).textContent = words[key];
+  byId('drawing').setAttribute('aria-label', words.drawing);
+  byId('drawing').hidden = !stage;
+  for (const key of ['series', 'phase', 'drift', 'section']) byId(key).setAttribute('aria-label', words[key]);
+  byId('section-rest').textContent = words.sectionOf;
+  [0.1, 0.25, 0.5, 1, 2, 4, 10].forEach((speed) => option(byId('speed'), speed, `${speed} ×`));
+  byId('speed').value = 1;
+  data.coordinates.forEach((c, k) => {
+    option(byId('phase-of'), k, `${c.symbol}, ${c.rate}`);
+    option(byId('section-of'), k, c.symbol);
+  });
+  shownCoordinates().forEach((k, place) => {
+    const mark = byId('shown').appendChild(document.createElement('span'));
+    mark.textContent = `${data.coordinates[k].symbol} `;
+    mark.style.color = COLOURS[place % COLOURS.length];
+  });
+  data.parameters.forEach((parameter, k) => slider(
+    byId('parameters'), parameter, 'p', k, rangeOf(usual.p[k], parameter.isPositive),
+  ));
+  stateNames.forEach((_, k) => {
+    const c = data.coordinates[k % count];
+    const symbol = k < count ? c.symbol : c.rate;
+    slider(byId('start'), { symbol, unit: k < count ? c.unit : '' }, 'y', k, startRange(c, k));
+  });
+}
+
+function listen() {
+  byId('play').addEventListener('click', () => {
+    if (view.t >= settings.until) view.t = span[0];
+    setPlaying(!view.isPlaying);
+  });
+  byId('step').addEventListener('click', () => stepBy(1));
+  byId('reset').addEventListener('click', () => {
+    Object.assign(settings, { p: [...usual.p], y: [...usual.y], until: usual.until });
+    byId('until').value = usual.until;
+    changed();
+  });
+  byId('time').addEventListener('input', () => {
+    setPlaying(false);
+    view.t = Number(byId('time').value);
+  });
+  byId('speed').addEventListener('change', () => { view.speed = Number(byId('speed').value); });
+  byId('until').addEventListener('change', () => {
+    const until = Number(byId('until').value);
+    if (until > span[0]) settings.until = until;
+    changed();
+  });
+  byId('twin').addEventListener('change', restart);
+  byId('link').addEventListener('click', () => {
+    navigator.clipboard?.writeText(location.href);
+    byId('state').textContent = words.copied;
+  });
+  for (const id of ['phase-of', 'section-on', 'section-of', 'section-at']) {
+    byId(id).addEventListener('change', () => { isStale = true; });
+  }
+  if (stage) listenToDrawing(painters.drawing.canvas);
+  window.addEventListener('resize', () => {
+    Object.values(painters).forEach((painter) => painter.resize());
+    fitCamera();
+    isStale = true;
+  });
+}
+
+function listenToDrawing(canvas) {
+  canvas.addEventListener('pointerdown', pressed);
+  canvas.addEventListener('pointermove', moved);
+  canvas.addEventListener('pointerup', released);
+  canvas.addEventListener('pointercancel', () => { view.drag = null; });
+  canvas.addEventListener('keydown', (event) => {
+    if (!KEYS[event.key]) return;
+    event.preventDefault();
+    KEYS[event.key]();
+  });
+}
+
+view.frames = 0;
+fill();
+fromAddress();
+fitCamera();
+restart();
+shown.forEach((show) => show());
+byId('until').value = settings.until;
+setPlaying(false);
+listen();
+requestAnimationFrame(frame);
+
+/** What the page shows, for whoever drives it. */
+globalThis.lagrangePage = {
+  state: () => ({
+    t: view.t,
+    y: [...motion.at(Math.min(view.t, motion.reached))],
+    end: [...motion.state],
+    reached: motion.reached,
+    status: motion.status,
+    steps: motion.segments.length,
+    largest,
+    isFinished: !isStale && [motion, finer].every((run) => run?.status !== 'running'),
+  }),
+};

@@ -1,0 +1,104 @@
+// The data of the page, its settings, the controls that show them, and the address that holds them.
+
+const data = JSON.parse(document.getElementById('data').textContent);
+const { words } = data;
+const byId = (id) => document.getElementById(id);
+const count = data.coordinates.length;
+
+const [simulatedTimes, ...simulatedColumns] = data.simulated.columns;
+const span = [simulatedTimes[0], simulatedTimes[simulatedTimes.length - 1]];
+const usual = {
+  p: [...system.DEFAULTS],
+  y: [...system.INITIAL],
+  until: span[1],
+};
+const scales = [0, 1].flatMap((order) => data.coordinates.map((c) => c.scales[order]));
+
+const settings = { p: [...usual.p], y: [...usual.y], until: usual.until };
+
+/** A slider with a number beside it, which changes one value of the settings. */
+function slider(parent, { symbol, unit, description }, list, k, [low, high]) {
+  const row = document.createElement('div');
+  row.className = 'slider';
+  const [label, range, number, after] = ['label', 'input', 'input', 'span'].map(
+    (tag) => row.appendChild(document.createElement(tag)),
+  );
+  range.id = `${list}-${k}`;
+  label.htmlFor = range.id;
+  label.textContent = symbol;
+  label.title = description ?? '';
+  after.textContent = unit ?? '';
+  Object.assign(range, { type: 'range', min: low, max: high, step: 'any' });
+  Object.assign(number, { type: 'number', step: 'any' });
+  number.setAttribute('aria-label', symbol);
+  const show = () => {
+    range.value = settings[list][k];
+    number.value = Number(settings[list][k].toPrecision(6));
+  };
+  const take = (text) => {
+    const value = Number(text);
+    if (text === '' || !Number.isFinite(value)) return;
+    settings[list][k] = value;
+    changed();
+  };
+  range.addEventListener('input', () => take(range.value));
+  number.addEventListener('change', () => take(number.value));
+  shown.push(show);
+  parent.appendChild(row);
+}
+
+/** Functions that show the settings in their controls. */
+const shown = [];
+
+function rangeOf(value, isPositive) {
+  if (value === 0) return isPositive ? [0, 1] : [-1, 1];
+  return value > 0 ? [0, 3 * value] : [3 * value, isPositive ? 0 : -3 * value];
+}
+
+function startRange({ isAngle }, k) {
+  const value = usual.y[k];
+  if (isAngle && k < count) return [Math.min(-Math.PI, value), Math.max(Math.PI, value)];
+  const reach = 2 * Math.max(Math.abs(value), scales[k]);
+  return [-reach, reach];
+}
+
+const stateNames = [
+  ...data.coordinates.map(({ name }) => name),
+  ...data.coordinates.map(({ name }) => `dot(${name})`),
+];
+
+/** The part of the address that holds the settings; the whole path where they are the usual ones. */
+function addressed() {
+  const parts = [
+    ...data.parameters.flatMap(({ name }, k) => differing(`p.${name}`, settings.p[k], usual.p[k])),
+    ...stateNames.flatMap((name, k) => differing(`y.${name}`, settings.y[k], usual.y[k])),
+    ...differing('until', settings.until, usual.until),
+  ];
+  return parts.length ? `#${parts.join('&')}` : location.pathname;
+}
+
+function differing(name, value, known) {
+  return value === known ? [] : [`${encodeURIComponent(name)}=${value}`];
+}
+
+/** Take the settings that the address holds; names and numbers that it should not are passed over. */
+function fromAddress() {
+  for (const part of location.hash.slice(1).split('&')) {
+    const [name, text] = part.split('=').map(decodedText);
+    const value = Number(text);
+    if (!text || !Number.isFinite(value)) continue;
+    if (name === 'until' && value > span[0]) settings.until = value;
+    const p = data.parameters.findIndex((parameter) => name === `p.${parameter.name}`);
+    if (p >= 0) settings.p[p] = value;
+    const y = stateNames.findIndex((known) => name === `y.${known}`);
+    if (y >= 0) settings.y[y] = value;
+  }
+}
+
+function decodedText(text) {
+  try {
+    return decodeURIComponent(text ?? '');
+  } catch {
+    return '';
+  }
+}

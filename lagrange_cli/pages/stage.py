@@ -1,0 +1,157 @@
+"""Parts of a drawing that moves: where each body is, by the functions of the emitted module.
+
+What a sketch of the start finds (links, angles, wheels, curves) is kept here by what it hangs on
+instead of by its place: a body is at numbers that ``positions`` or the state of the emitted module
+give, so that the page can draw any state of any motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.notation.symbols import printable
+from lagrange_cli.pictures.sketch.composition import parts_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.pictures.sketch.configurations import Configurations
+    from lagrange_cli.pictures.sketch.findings import Findings
+    from lagrange_cli.pictures.sketch.guides import Guide
+    from lagrange_cli.pictures.sketch.view import View
+    from lagrange_cli.pictures.sketch.wheels import Wheel
+
+    Array: TypeAlias = NDArray[np.float64]
+
+#: Significant digits of places of curves, and relative agreement of places that are the same.
+_DIGITS, _SAME = 6, 1e-9
+
+#: Most bodies with a name beside them.
+_MOST_NAMED = 12
+
+
+def stage_of(equations: Equations) -> dict[str, Any]:
+    """Return what the page draws, as plain values.
+
+    Returns
+    -------
+    dict
+        ``bodies``: name, kind (``mass``, ``joint``, ``origin``) and ``at``, for each axis
+        ``["position", k]``, ``["coordinate", k]`` or a number; for a pivot that no expression
+        gives, ``about: [body, coordinate]``: it is halfway between the body and where half a turn
+        of the coordinate would take it. ``links``: kind and two bodies. ``wheels``, ``curves``,
+        ``view`` (rows of the projection, whether it is flat) and ``down``.
+
+    Raises
+    ------
+    InputError
+        There are no particles and no points, or too many, or no start is known.
+    """
+    parts = parts_of(equations)
+    known, down = parts.known, parts.down
+    return {
+        "bodies": list(_bodies(known)),
+        "links": [{"kind": link.kind, "ends": list(link.ends)} for link in known.links],
+        "wheels": [_wheel(known.configurations, wheel) for wheel in parts.wheels],
+        "curves": [_curve(known, guide) for guide in parts.curves],
+        "view": _view(parts.view),
+        "down": None if down is None else _numbers(down / np.linalg.norm(down)),
+    }
+
+
+def _bodies(known: Findings) -> Iterator[dict[str, Any]]:
+    """Yield particles, points, the origin and pivots, numbered as in links."""
+    components = known.configurations.components
+    places = _sources(known.configurations.equations)
+    for number, name in enumerate(known.names):
+        kind = "mass" if known.is_particle(number) else "joint"
+        if number < known.declared:
+            shown = name if known.declared <= _MOST_NAMED else ""
+            at = [places[component] for component in components[number]]
+            yield {"name": printable(shown), "kind": kind, "at": at}
+        elif name:
+            yield {"name": "", "kind": "origin", "at": [0, 0, 0]}
+        else:
+            yield {"name": "", "kind": kind, **_pivot(known, number)}
+
+
+def _sources(equations: Equations) -> dict[str, tuple[str, int]]:
+    """Return where the emitted module has each Cartesian name: in its positions, or its state."""
+    system = equations.system
+    places = {c.name: ("coordinate", k) for k, c in enumerate(system.coordinates)}
+    return places | {c.name: ("position", k) for k, c in enumerate(system.cartesian_names)}
+
+
+def _pivot(known: Findings, number: int) -> dict[str, Any]:
+    """Return the body and the coordinate that turns it about a pivot, or the pivot's place."""
+    for angle in known.angles:
+        if angle.ends[0] == number and _is_halfway(known, number, angle.ends[1], angle.coordinate):
+            return {"about": [angle.ends[1], angle.coordinate]}
+    return {"at": _numbers(known.places[0, number])}
+
+
+def _is_halfway(known: Findings, pivot: int, body: int, coordinate: int) -> bool:
+    if body >= known.declared:
+        return False
+    configurations = known.configurations
+    try:
+        states = range(len(configurations.q))
+        across = np.array([configurations.turned(coordinate, np.pi, k)[body] for k in states])
+    except DomainError:
+        return False
+    off = np.abs((across + known.places[:, body]) / 2 - known.places[:, pivot])
+    return bool(off.max() <= _SAME * configurations.size)
+
+
+def _wheel(configurations: Configurations, wheel: Wheel) -> dict[str, Any]:
+    """Return the particle at its centre, its plane, and where its radius and angle are found."""
+    system = configurations.equations.system
+    sizes = [p.symbol for p in system.parameters]
+    ground = wheel.ground
+    is_straight = ground is not None and len(ground) == 2
+    return {
+        "body": wheel.particle,
+        "radius": sizes.index(wheel.size) if wheel.size in sizes else wheel.radius,
+        "isParameter": wheel.size in sizes,
+        "angle": _sources(configurations.equations).get(wheel.name),
+        "normal": _numbers(wheel.normal),
+        "towards": _numbers(wheel.towards),
+        "ground": None if ground is None else [_numbers(place) for place in ground],
+        "isStraight": is_straight,
+    }
+
+
+def _curve(known: Findings, guide: Guide) -> dict[str, Any]:
+    """Return a curve with the parameters that it depends on: it is drawn where they are as here."""
+    return {
+        "points": [_numbers(place) for place in guide.curve.points],
+        "closed": guide.curve.closed,
+        "parameters": _shaping(known, guide),
+        "outside": None if guide.outside is None else _numbers(guide.outside),
+    }
+
+
+def _shaping(known: Findings, guide: Guide) -> list[int] | None:
+    """Return the parameters of a curve; None where it moves with time."""
+    equations = known.configurations.equations
+    particle = equations.system.particles[guide.particle]
+    stated = [r.expression for r in known.configurations.depiction.relations]
+    holding = [e for e in stated if any(s.name in particle.components for s in e.free_symbols)]
+    symbols = set().union(*(e.free_symbols for e in (*holding, *particle.position)))
+    if equations.system.t in symbols:
+        return None
+    return [k for k, p in enumerate(equations.system.parameters) if p.symbol in symbols]
+
+
+def _view(view: View) -> dict[str, Any]:
+    return {"rows": [_numbers(row) for row in view.matrix], "isFlat": view.is_flat}
+
+
+def _numbers(values: Array) -> list[float]:
+    """Return numbers in the digits that a picture needs, without negative zeros."""
+    return [float(f"{value:.{_DIGITS}g}") + 0.0 for value in values]

@@ -1,0 +1,160 @@
+"""Pages on which systems move, driven in a browser without a window."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lagrange_cli import load, loads
+from lagrange_cli.cli.main import run
+
+ROOT = Path(__file__).resolve().parents[2]
+SYSTEMS = ROOT / "systems"
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
+
+#: A scene whose texts would run, or end a tag, wherever they reached a page as they are.
+HOSTILE = """
+name: hostile
+title: "</script><script>globalThis.pwned = 1</script> <img src=x onerror='globalThis.pwned1 = 1'>"
+description: "<!-- <script> --> ]]> \\" ' ` ${globalThis.pwned2 = 1} </title><b>"
+parameters:
+  m: {value: 1, description: "</script><script>globalThis.pwned3 = 1</script>"}
+  l: {value: 1, unit: m, description: "*/ globalThis.pwned4 = 1 /*"}
+particles:
+  bob: {mass: m, position: [l*sin(theta), 0, -l*cos(theta)]}
+coordinates: {theta: {description: "<svg onload='globalThis.pwned5 = 1'>"}}
+potentials: {weight: {gravity: 9.81}}
+initial: {theta: 1}
+simulate: {until: 2}
+"""
+
+
+def written(derivation: Any, path: Path, language: str = "en") -> Path:
+    path.write_text(derivation.page(language=language), encoding="utf-8")
+    return path
+
+
+def driven(files: list[Path]) -> list[dict[str, Any]]:
+    """What a browser finds on pages (:file:`drive.mjs`)."""
+    node = shutil.which("node")
+    if BROWSER is None or node is None or not (ROOT / "node_modules/puppeteer-core").is_dir():
+        pytest.skip("no chromium, or no puppeteer-core (npm install --no-save puppeteer-core)")
+    command = [node, str(Path(__file__).with_name("drive.mjs")), BROWSER, *map(str, files)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
+    """Name → what the browser found on the page of a scene."""
+    folder = tmp_path_factory.mktemp("pages")
+    scenes = {
+        name: load(SYSTEMS / f"{path}.yaml").derive()
+        for name, path in {
+            "double_pendulum": "pendulums/double_pendulum",
+            "slider_crank": "constraints/slider_crank",
+            "net_of_springs": "chains/net_of_springs",
+            "schwarzschild_orbit": "celestial/schwarzschild_orbit",
+        }.items()
+    }
+    scenes["hostile"] = loads(HOSTILE).derive()
+    files = [written(derivation, folder / f"{name}.html") for name, derivation in scenes.items()]
+    return dict(zip(scenes, driven(files), strict=True))
+
+
+@pytest.mark.parametrize(
+    "name", ["double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"]
+)
+def test_a_page_moves_as_the_simulation_does(pages, name):
+    page = pages[name]
+    assert page["messages"] == []
+    assert page["usual"]["status"] == "done"
+    assert page["usual"]["largest"] < 1e-6
+    assert page["played"]["t"] > 0.2
+    is_drawn = name != "schwarzschild_orbit"
+    assert (page["canvases"]["drawing"] > 100) is is_drawn
+    assert min(page["canvases"][id_] for id_ in ("series", "phase", "drift")) > 100
+
+
+def test_a_slider_changes_the_motion_and_the_address(pages):
+    page = pages["double_pendulum"]
+    assert page["moved"]["end"] != page["usual"]["end"]
+    assert page["moved"]["largest"] < 1e-6
+    assert "a hundredth of the tolerance" in page["moved"]["difference"]
+    assert re.fullmatch(r"#y\.theta1=0\.314159\d*", page["address"])
+
+
+def test_a_moved_start_obeys_the_constraints(pages):
+    """The crank is turned: the page leads the piston to its place."""
+    page = pages["slider_crank"]
+    assert page["moved"]["status"] == "done"
+    assert page["moved"]["largest"] < 1e-6
+
+
+def test_the_energy_drift_is_that_of_the_equations(pages):
+    size = re.search(r"≤ (\S+)·10(\S+)", pages["double_pendulum"]["shown"]["drift"])
+    digits = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    assert float(size[1]) * 10 ** int(size[2].translate(digits)) < 1e-7
+
+
+def test_no_text_of_a_scene_runs(pages):
+    page = pages["hostile"]
+    assert page["messages"] == []
+    assert page["foreign"] == []
+    assert page["usual"]["status"] == "done"
+
+
+def test_a_policy_stands_in_the_page():
+    text = load(SYSTEMS / "pendulums/pendulum.yaml").derive().page()
+    policy = re.search(r'Content-Security-Policy" content="([^"]+)"', text)[1]
+    assert "default-src 'none'" in policy
+    assert "unsafe-eval" not in policy
+    assert "unsafe-inline" not in policy.replace("style-src-attr 'unsafe-inline'", "")
+    assert not re.search(r'(?:src|href)="', text)
+
+
+def test_a_page_is_small():
+    """The double pendulum's is below 300 kB, equations and trajectory included."""
+    text = load(SYSTEMS / "pendulums/double_pendulum.yaml").derive().page()
+    assert len(text.encode("utf-8")) < 300_000
+
+
+@pytest.mark.parametrize(("language", "word"), [("de", "Abspielen"), ("fr", "Lecture")])
+def test_a_page_speaks_other_languages(language, word):
+    text = load(SYSTEMS / "pendulums/pendulum.yaml").derive().page(language=language)
+    assert f'<html lang="{language}">' in text
+    assert f'"play":"{word}"' in text
+
+
+def test_the_command_writes_one_file(tmp_path, capsys):
+    scene, page = SYSTEMS / "pendulums/pendulum.yaml", tmp_path / "page.html"
+    assert run(["show", str(scene), "-i", "theta=0.5", "-o", str(page)]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+    assert "const INITIAL = [0.5, 0.0]" in page.read_text(encoding="utf-8")
+    assert capsys.readouterr().err == f"wrote {page}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "name the file of the page, as in -o page.html"),
+        (["-o", "page.txt"], "'page.txt' does not end in .html or .htm"),
+    ],
+)
+def test_a_page_goes_to_a_file_of_html(arguments, said, capsys):
+    assert run(["show", str(SYSTEMS / "pendulums/pendulum.yaml"), *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_scene_without_a_start_is_refused(capsys, tmp_path):
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("coordinates: [x]\nparticles: {p: {mass: 1, position: [x, 0, 0]}}\n")
+    assert run(["show", str(scene), "-o", str(tmp_path / "page.html")]) == 2
+    assert "a page shows a motion, and no start is known" in capsys.readouterr().err
+    assert not (tmp_path / "page.html").exists()
