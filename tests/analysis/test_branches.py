@@ -433,6 +433,22 @@ def test_a_fold_of_higher_order_lies_within_its_error():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("power", [4, 6])
+def test_points_within_the_error_of_a_mark_belong_to_no_part(power):
+    """(x - 0.74)ⁿ = p: points of the unstable part beside the fold lie beyond it as told."""
+    found = branches(
+        particle(f"(x - 0.74)^{power + 1}/{power + 1} - p*(x - 0.74)"), p=(-1.03, 1.31)
+    )
+    (mark,) = found.marks
+    (branch,) = found.branches
+    assert verdicts(branch) == ["stable", "unstable"]
+    for stretch, side in zip(branch.stretches, (1, -1), strict=True):
+        part = slice(stretch.first, stretch.last + 1)
+        assert (side * (branch.positions[part, 0] - 0.74) > 0).all()
+        assert (np.abs(branch.values[part] - mark.value) > mark.error).all()
+
+
+@pytest.mark.slow
 def test_branches_that_all_but_meet_do_not():
     """x³ − p x + 1e-9 = 0: a fold beside a branch that misses it by 1e-3."""
     found = branches(particle("x^4/4 - p*x^2/2 + 1e-9*x"), p=(-1, 1.1))

@@ -214,10 +214,12 @@ def _extended_root(
     if radii is None:
         return None
     error = float(radii[n]) / (space.high - space.low)
+    sizes = np.maximum(1.0, np.abs([float(x) for x in at.y[:n]]))
+    radius = float((radii[:n] / sizes).max())
     # Zero, where it is as good as the number that was found.
     pairs = zip(at.y, radii.tolist(), strict=False)
     place = tuple(mpf(0) if abs(x) <= radius else x for x, radius in pairs)
-    return replace(at, y=place, error=error, more=tuple(unknown[n + 1 :]))
+    return replace(at, y=place, error=error, radius=radius, more=tuple(unknown[n + 1 :]))
 
 
 def _dot(first: Sequence[Any], second: Sequence[Any]) -> Any:

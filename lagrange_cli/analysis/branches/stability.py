@@ -85,17 +85,42 @@ class Judge:
     # Marks without a fold.
 
     def stretches(self, branch: Traced) -> tuple[Stretch, ...]:
-        """Split a branch at its marks and at crossings of poles, and judge the parts."""
+        """Split a branch at its marks and at crossings of poles, and judge the parts.
+
+        Points within the error of a mark may lie on either side of it: they belong to no part.
+        """
         unresolved = self._mark_poles(branch)
         _turn_to_mark(branch)
         last = len(branch.points) - 1
-        inner = [k for k, _ in branch.marks if 0 < k < last]
-        cuts = [0, *dict.fromkeys(inner), last]
+        runs = {0: (0, 0), last: (last, last)}
+        for k, mark in branch.marks:
+            before, behind = self._run_within(branch.points, k, mark)
+            known_before, known_behind = runs.get(k, (k, k))
+            runs[k] = min(before, known_before), max(behind, known_behind)
+        parts = []
+        for k, after in pairwise(sorted(runs)):
+            behind, before = runs[k][1], runs[after][0]
+            parts.append((behind + (behind > k), before - (before < after)))
         return tuple(
             Stretch(first, end, self._over(branch.points[first : end + 1], unresolved))
-            for first, end in pairwise(cuts)
+            for first, end in parts
             if end > first
         )
+
+    def _run_within(self, points: list[CurvePoint], k: int, mark: Mark) -> tuple[int, int]:
+        """Return the first and last of the points in a row that lie within the error of a mark."""
+        first = last = k
+        while first > 0 and self._is_within(points[first - 1], mark):
+            first -= 1
+        while last + 1 < len(points) and self._is_within(points[last + 1], mark):
+            last += 1
+        return first, last
+
+    def _is_within(self, point: CurvePoint, mark: Mark) -> bool:
+        room = mark.at.radius * np.maximum(1.0, np.abs(mark.y))
+        room[-1] = self._error(mark)
+        gaps = self.space.difference(point.y, mark.y) * self.space.scale
+        return bool((np.abs(gaps) <= room).all())
 
     def _mark_poles(self, branch: Traced) -> list[CurvePoint]:
         """Mark the points between marks at which poles cross the imaginary axis.
@@ -222,12 +247,15 @@ class Judge:
 
     def marked(self, mark: Mark) -> MarkedPoint:
         """Return a mark as a value, with its error."""
-        width = self.space.high - self.space.low
         value = float(mark.at.y[-1])
-        error = mark.at.error * width + _ROUNDING * abs(value)
         place = equilibrium(self.system, self.space, mark.at)
         position = tuple(float(x) for x in place.position or ())
-        return MarkedPoint(mark.kind, value, error, position, mark.frequency)
+        return MarkedPoint(mark.kind, value, self._error(mark), position, mark.frequency)
+
+    def _error(self, mark: Mark) -> float:
+        """Return the error of a mark's parameter, with the rounding of its double."""
+        width = self.space.high - self.space.low
+        return mark.at.error * width + _ROUNDING * abs(float(mark.at.y[-1]))
 
 
 def _turn_to_mark(branch: Traced) -> None:

@@ -265,7 +265,9 @@ class Tracing:
         middle = (near[0].y + near[1].y) / 2
         gap = float(np.linalg.norm(self._gap(wide[1].y, wide[0].y)))
         error = 2 * gap * max(abs(point.slope) for point in wide)
-        return Located(tuple(map(mpf, middle.tolist())), max(error, _ROUNDING), gap)
+        sizes = self.space.scale / np.maximum(1.0, np.abs(middle))
+        radius = gap * float(sizes[:-1].max())
+        return Located(tuple(map(mpf, middle.tolist())), max(error, _ROUNDING), radius)
 
     def _is_inside(self, at: Located, here: CurvePoint, after: CurvePoint) -> bool:
         length = np.abs(self._gap(after.y, here.y)).max()

@@ -59,7 +59,7 @@ class MarkedPoint:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A part of a branch without marked points in it.
+    """A part of a branch without marked points in it, and without points within their errors.
 
     Attributes
     ----------

@@ -116,7 +116,12 @@ _CURVE: JsonObject[_Curve] = JsonObject(
     Key("points", by_name(list_of(NUMBER)), "The parameter and all coordinates."),
     Key("poles", _POLES, "The poles along it.", lambda curve: curve),
     Key("marks", list_of(_ON_CURVE), "The marks on it.", lambda curve: curve.branch.marks),
-    Key("stretches", list_of(_STRETCH), "Its parts.", lambda curve: curve.branch.stretches),
+    Key(
+        "stretches",
+        list_of(_STRETCH),
+        "Its parts; points within the error of a mark are in none.",
+        lambda curve: curve.branch.stretches,
+    ),
 )
 
 
