@@ -14,6 +14,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import mpmath
 from mpmath import MPIntervalContext, libmp, mpf
 
+from lagrange_cli.mechanics.numerics.bounded_functions import (
+    BOUNDED_FUNCTIONS,
+    LARGEST_ANGLE,
+    LARGEST_EXPONENT,
+)
+
 if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Mpf
     from lagrange_cli.program.graph.operands import Coefficient
@@ -77,6 +83,30 @@ def holds_zero(x: Interval) -> bool:
     return bool(low <= 0 <= high)
 
 
+def _exponential(x: Interval) -> Interval:
+    """Enclose e^x; an end whose exponential would fill the memory is taken to be a bound of it."""
+    if not isinstance(x, INTERVALS.mpf):
+        raise NotEnclosedError
+    low, high = (mpmath.mp.make_mpf(end) for end in x._mpi_)
+    return INTERVALS.exp(
+        interval(
+            -mpmath.inf if low < -LARGEST_EXPONENT else min(low, LARGEST_EXPONENT),
+            mpmath.inf if high > LARGEST_EXPONENT else max(high, -LARGEST_EXPONENT),
+        )
+    )
+
+
+def _turning(function: Callable[[Interval], Interval]) -> Callable[[Interval], Interval]:
+    """Enclose sine or cosine; by −1 and 1, where reducing an angle to a turn would fill memory."""
+
+    def enclosed(x: Interval) -> Interval:
+        if isinstance(x, INTERVALS.mpf) and not abs(x) <= LARGEST_ANGLE:
+            return INTERVALS.mpf((-1, 1))
+        return function(x)
+
+    return enclosed
+
+
 def _monotone(function: Callable[[Mpf], Mpf], *, falls: bool = False) -> Callable[..., Interval]:
     """Enclose a function that rises, or falls, wherever it is defined."""
 
@@ -124,7 +154,7 @@ def _atan2(y: Interval, x: Interval) -> Interval:
 def _power(x: Interval, exponent: Interval) -> Interval:
     if ends(x)[0] <= 0:
         raise NotEnclosedError
-    return INTERVALS.exp(exponent * INTERVALS.ln(x))
+    return _exponential(exponent * INTERVALS.ln(x))
 
 
 def _extremum(choose: Callable[..., Mpf]) -> Callable[[Interval, Interval], Interval]:
@@ -150,22 +180,23 @@ def _steady_sign(x: Interval) -> Interval:
 
 
 _ATAN = _monotone(mpmath.atan)
+_SIN, _COS = _turning(INTERVALS.sin), _turning(INTERVALS.cos)
 
 #: Functions of programs over intervals. In derivatives the sign stands for all slopes of a kink.
 IN_INTERVALS: dict[str, Callable[..., Interval]] = {
-    "sin": INTERVALS.sin,
-    "cos": INTERVALS.cos,
-    "tan": _within(lambda x: INTERVALS.sin(x) / INTERVALS.cos(x)),
+    "sin": _SIN,
+    "cos": _COS,
+    "tan": _within(lambda x: _SIN(x) / _COS(x)),
     "asin": _monotone(mpmath.asin),
     "acos": _monotone(mpmath.acos, falls=True),
     "atan": _ATAN,
-    "sinh": _monotone(mpmath.sinh),
-    "cosh": _even(_monotone(mpmath.cosh)),
-    "tanh": _monotone(mpmath.tanh),
+    "sinh": _monotone(BOUNDED_FUNCTIONS["sinh"]),
+    "cosh": _even(_monotone(BOUNDED_FUNCTIONS["cosh"])),
+    "tanh": _monotone(BOUNDED_FUNCTIONS["tanh"]),
     "asinh": _monotone(mpmath.asinh),
     "acosh": _monotone(mpmath.acosh),
     "atanh": _monotone(mpmath.atanh),
-    "exp": INTERVALS.exp,
+    "exp": _exponential,
     "log": _within(INTERVALS.ln),
     "sqrt": _within(INTERVALS.sqrt),
     "abs": abs,

@@ -205,7 +205,10 @@ def test_numbers_beyond_doubles_are_refused():
         linear(loads(WAVE, parameters={"l": 1e-100}).derive(), y=0)
 
 
-def test_outputs_with_a_pole_at_the_equilibrium_are_refused_with_their_reason():
-    text = WAVE.replace("cos(y/l)", "y^2/2").replace("y: 0}", "y: 1}") + "outputs: {o: y^(-2)}\n"
+@pytest.mark.parametrize("output", ["y^(-2)", "exp(exp(exp(exp(exp(exp(y + 1))))))"])
+def test_outputs_without_values_at_the_equilibrium_are_refused_with_their_reason(output):
+    text = (
+        WAVE.replace("cos(y/l)", "y^2/2").replace("y: 0}", "y: 1}") + f"outputs: {{o: {output}}}\n"
+    )
     with pytest.raises(InputError, match="the outputs have no derivatives"):
         linear(loads(text).derive())

@@ -26,6 +26,7 @@ from lagrange_cli.analysis.interval_values import (
 from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, evaluated
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
@@ -39,10 +40,11 @@ if TYPE_CHECKING:
 _OTHERS: dict[str, Callable[..., Any]] = {
     "abs": abs,
     "sign": mpmath.sign,
-    "pow": mpmath.power,
     "min": min,
     "max": max,
-}
+} | BOUNDED_FUNCTIONS
+
+#: Functions of programs in the digits of mpmath; they raise DomainError beyond what memory holds.
 IN_DIGITS = {name: getattr(mpmath, name) for name in PROGRAM_FUNCTIONS.keys() - _OTHERS} | _OTHERS
 
 

@@ -5,4 +5,12 @@ derivatives; out come feasible configurations, Newton and least-squares steps, a
 at them. Read :mod:`.autodiff`, then :mod:`.sampling`.
 """
 
-__all__ = ["autodiff", "constraint_manifold", "elementary", "gauss_newton", "rank", "sampling"]
+__all__ = [
+    "autodiff",
+    "bounded_functions",
+    "constraint_manifold",
+    "elementary",
+    "gauss_newton",
+    "rank",
+    "sampling",
+]

@@ -26,10 +26,9 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.numerics.bounded_functions import DomainError, Mpf
 from lagrange_cli.mechanics.numerics.elementary import (
-    DomainError,
     Jet,
-    Mpf,
     constant_decimal,
     finite,
     in_decimals,

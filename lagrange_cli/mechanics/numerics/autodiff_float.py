@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.numerics.autodiff import Tape
+from lagrange_cli.mechanics.numerics.bounded_functions import DomainError
 from lagrange_cli.mechanics.numerics.elementary import (
-    DomainError,
     constant_decimal,
     decimal_context,
 )

@@ -19,8 +19,17 @@ from mpmath import mpf
 from mpmath.libmp import from_man_exp
 
 from lagrange_cli.mechanics.free_symbols import stand_in
-
-Mpf = Any  # mpmath.mpf, which carries no types
+from lagrange_cli.mechanics.numerics.bounded_functions import (
+    BOUNDED_FUNCTIONS,
+    LARGEST_ANGLE,
+    LONGEST_ANGLE,
+    DomainError,
+    Mpf,
+    bounded,
+    exponential,
+    hyperbolic_tangent,
+    power,
+)
 
 Jet = tuple[Decimal, Decimal, Decimal]
 """A value with its first and second derivative."""
@@ -37,20 +46,6 @@ _MPF_ZERO = mpf(0)
 _ZERO = Decimal(0)
 _NAN = Decimal("NaN")
 _FLAT: Jet = (_ZERO, _ZERO, _ZERO)
-
-#: Beyond this an exponential leaves the range of decimals (10^±10^18), and below its negative it
-#: is 0 to every digit. Towers of exponentials would else take all memory.
-_LARGEST_EXPONENT = mpf(10) ** 17
-
-#: Most decimal digits before the point of an angle that is reduced to a turn: as many digits of π
-#: are needed. Not tuned.
-_LONGEST_ANGLE = 5_000
-#: Largest argument of a periodic function.
-_LARGEST_ANGLE = mpf(10) ** _LONGEST_ANGLE
-
-
-class DomainError(ArithmeticError):
-    """A value is not a finite real number at this point."""
 
 
 @cache
@@ -157,16 +152,10 @@ def _reciprocal(x: Mpf) -> Mpf:
     return 1 / x if x else mpmath.nan  # an infinite slope at a finite value
 
 
-def _bounded(x: Mpf, largest: Mpf) -> Mpf:
-    if abs(x) > largest:
-        raise DomainError
-    return x
-
-
 @lru_cache(maxsize=2**17)
 def _cos_sin(x: Decimal, digits: int) -> tuple[Decimal, Decimal]:
     """Evaluate cosine and sine at once and keep them: most angles occur under both."""
-    if x.adjusted() > _LONGEST_ANGLE:
+    if x.adjusted() > LONGEST_ANGLE:
         raise DomainError
     c, s = mpmath.cos_sin(to_mpf(x))
     return to_decimal(c), to_decimal(s)
@@ -183,7 +172,7 @@ def _cos(x: Decimal) -> Jet:
 
 
 def _tan(x: Mpf) -> _MpfJet:
-    y = mpmath.tan(_bounded(x, _LARGEST_ANGLE))
+    y = BOUNDED_FUNCTIONS["tan"](x)
     return y, 1 + y * y, 2 * y * (1 + y * y)
 
 
@@ -203,8 +192,7 @@ def _atan(x: Mpf) -> _MpfJet:
 
 
 def _sinh(x: Mpf) -> _MpfJet:
-    x = _bounded(x, _LARGEST_EXPONENT)
-    s, c = mpmath.sinh(x), mpmath.cosh(x)
+    s, c = BOUNDED_FUNCTIONS["sinh"](x), BOUNDED_FUNCTIONS["cosh"](x)
     return s, c, s
 
 
@@ -214,7 +202,7 @@ def _cosh(x: Mpf) -> _MpfJet:
 
 
 def _tanh(x: Mpf) -> _MpfJet:
-    y = mpmath.tanh(x)
+    y = hyperbolic_tangent(x)
     return y, 1 - y * y, -2 * y * (1 - y * y)
 
 
@@ -234,9 +222,7 @@ def _atanh(x: Mpf) -> _MpfJet:
 
 
 def _exp(x: Mpf) -> _MpfJet:
-    if x < -_LARGEST_EXPONENT:
-        return _MPF_ZERO, _MPF_ZERO, _MPF_ZERO
-    y = mpmath.exp(_bounded(x, _LARGEST_EXPONENT))
+    y = exponential(x)
     return y, y, y
 
 
@@ -280,7 +266,7 @@ def rational_power(x: Decimal, exponent: sp.Rational) -> Jet:
     if exponent.q == 2:
         y = x.sqrt() ** int(exponent.p)
     else:
-        y = to_decimal(to_mpf(x) ** (mpf(int(exponent.p)) / int(exponent.q)))
+        y = to_decimal(power(to_mpf(x), mpf(int(exponent.p)) / int(exponent.q)))
     first = n * y / x
     return y, first, (n - 1) * first / x
 
@@ -315,7 +301,7 @@ def unknown_jet(name: str) -> Callable[[Decimal], Jet]:
     functions = [stand_in(name + "'" * order) for order in range(3)]
 
     def values(x: Mpf) -> _MpfJet:
-        value, first, second = (f(_bounded(x, _LARGEST_ANGLE)) for f in functions)
+        value, first, second = (f(bounded(x, LARGEST_ANGLE)) for f in functions)
         return value, first, second
 
     return _through_mpf(values)

@@ -17,7 +17,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.mechanics.numerics.elementary import DomainError
+from lagrange_cli.mechanics.numerics.bounded_functions import DomainError
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ import sympy as sp
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.free_symbols import is_unknown
 from lagrange_cli.mechanics.kinks import STEPS, step_by_signs
+from lagrange_cli.mechanics.numerics.bounded_functions import DomainError
 from lagrange_cli.mechanics.numerics.elementary import (
     ELEMENTARY_FUNCTIONS,
-    DomainError,
     unknown_jet,
 )
 

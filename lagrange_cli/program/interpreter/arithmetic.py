@@ -95,10 +95,13 @@ DOUBLES = Arithmetic(
 
 def digits(context: Any) -> Arithmetic:
     """Return the arithmetic of a context of mpmath, with as many digits as it has at a call."""
+    # Imported here: most runs need no digits.
+    from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS
+
     functions = {
-        name: getattr(context, {"pow": "power", "abs": "fabs"}.get(name, name))
+        name: getattr(context, "fabs" if name == "abs" else name)
         for name in PROGRAM_FUNCTIONS
-        if name not in ("min", "max")
+        if name not in ("min", "max", *BOUNDED_FUNCTIONS)
     }
 
     def solve(step: Solve, matrix: Sequence[Any], right: Sequence[Any]) -> Sequence[Any]:
@@ -115,7 +118,7 @@ def digits(context: Any) -> Arithmetic:
     return Arithmetic(
         number=lambda value: context.mpf(value.numerator) / value.denominator,
         epsilon=context.mpf(2) ** -53,
-        functions={**functions, "min": _smaller, "max": _larger},
+        functions={**functions, **BOUNDED_FUNCTIONS, "min": _smaller, "max": _larger},
         solve=solve,
     )
 

@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import mpmath
 from mpmath import mpf
 
+from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.derivatives import (
     UNIT,
@@ -56,7 +57,6 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import DerivationSources
     from lagrange_cli.program.graph.operands import Coefficient
-    from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 
 
 _ZERO: ScaledNode = (0, ONE)
@@ -370,6 +370,7 @@ def _functions(
 
 _IN_DOUBLES = _functions(mpmath.fp, _of_doubles)
 _IN_DECIMALS = _functions(mpmath.mp, _of_decimals)
+_IN_DECIMALS |= {name: _of_decimals(function) for name, function in BOUNDED_FUNCTIONS.items()}
 
 
 def is_derivable(equations: Equations) -> bool:
