@@ -50,6 +50,12 @@ class Letters(ABC):
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
         """Return a name of the scene, or one like it, with its dots."""
 
+    def scene_name(self, name: str) -> str:
+        """Return a name by which results have a value: ``x``, or ``dot(x)`` for its rate."""
+        if name.startswith("dot("):
+            return self.symbol(name[4:-1], 1)
+        return self.named(name) if "(" in name else self.symbol(name)
+
     @abstractmethod
     def vector(self, letter: str, order: int = 0) -> str:
         """Return a vector of particle i."""

@@ -6,6 +6,7 @@ import math
 
 from lagrange_cli.phrases import Part, Phrase
 from lagrange_cli.report.inlines import (
+    Chain,
     Inline,
     Listed,
     Mark,
@@ -29,9 +30,12 @@ def decimal(value: float | None, form: str = ".9g") -> Text:
     return "-" if value is None else digits(format(value, form) if value else "0")
 
 
-def assigned(name: str, value: Text) -> Listed:
-    """Return ``name = value`` for a name of the scene."""
-    return Listed((Plain(name), " = ", value), between="")
+def assigned(name: str, value: Text) -> Written:
+    """Return ``name = value`` for a name of the scene or a rate, as one formula if it can be."""
+    letter = Mark("scene_name", (name,))
+    if isinstance(value, Inline):
+        return Inline(Chain((letter, " = ", value.formula)))
+    return Listed((Inline(letter), " = ", value), between="")
 
 
 def phrased(text: str) -> Written:

@@ -31,6 +31,10 @@ class UnicodeLetters(Letters):
     def symbol(self, name: str, order: int = 0, latex: str | None = None) -> str:
         return self._printer.symbol(name, order)
 
+    def scene_name(self, name: str) -> str:
+        # Options and files have it so.
+        return escape_controls(name)
+
     def vector(self, letter: str, order: int = 0) -> str:
         return self.symbol(f"{letter}_i", order)
 
