@@ -1,7 +1,8 @@
-"""Derivatives of the accelerations in emitted C, in right-hand sides, scene by scene.
+"""Derivatives of right-hand sides in emitted C, in right-hand sides, scene by scene.
 
-Each scene's emitted C is compiled as its users compile it, and ``NAME_jacobian`` (n accelerations
-by 2n numbers of the state) takes turns with ``NAME_rhs`` at 64 states around the scene's start.
+Each scene's emitted C is compiled as its users compile it, and ``NAME_jacobian`` (2n rates by 2n
+numbers of the state; where few can differ from zero, ``NAME_jacobian_entries``) takes turns with
+``NAME_rhs`` at 64 states around the scene's start.
 Forward differences take 2n + 1 right-hand sides for the same numbers, to half the digits; the bar
 is n + 3.
 
@@ -47,7 +48,7 @@ double run(int which, long calls, const double *y, const double *u, const @NAME@
     clock_gettime(CLOCK_MONOTONIC, &a);
     for (k = 0; k < calls; ++k) {
         const double *const state = y + (k % @STATES@)*@WIDTH@;
-        const int status = which ? @NAME@_jacobian(0.1, state, u, p, work, out)
+        const int status = which ? @NAME@_@FUNCTION@(0.1, state, u, p, work, out)
                                  : @NAME@_rhs(0.1, state, u, p, work, out);
         sum += out[0] + status;
     }
@@ -81,7 +82,13 @@ def measure(path: str, parameters: dict[str, str], rounds: int) -> dict[str, Any
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8")
         (source,) = [folder / file for file in files if file.endswith(".c")]
-        replacements = {"@NAME@": source.stem, "@SIZE@": str(2 * n * n + 2), "@WIDTH@": str(2 * n)}
+        sparse = "_jacobian_entries" in source.with_suffix(".h").read_text(encoding="utf-8")
+        replacements = {
+            "@NAME@": source.stem,
+            "@FUNCTION@": "jacobian_entries" if sparse else "jacobian",
+            "@SIZE@": str(4 * n * n + 2),
+            "@WIDTH@": str(2 * n),
+        }
         loop = LOOP.replace("@STATES@", str(STATES))
         for token, text in replacements.items():
             loop = loop.replace(token, text)

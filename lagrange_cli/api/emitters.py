@@ -97,7 +97,7 @@ def _svg(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, 
 
 _JACOBIAN = Option(
     "jacobian",
-    "derivatives of accelerations",
+    "derivatives of the right-hand side",
     further=True,
 )
 
@@ -175,6 +175,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".mjs",),
             single_file=True,
             run=_javascript,
+            options=(_JACOBIAN,),
         ),
         Emitter(
             name="fortran",
@@ -182,7 +183,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".f90",),
             single_file=True,
             run=_fortran,
-            options=(Option("main", "a program that integrates and prints CSV"),),
+            options=(Option("main", "a program that integrates and prints CSV"), _JACOBIAN),
         ),
         Emitter(
             name="octave",
@@ -191,6 +192,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_octave,
             reserved=OCTAVE_RESERVED,
+            options=(_JACOBIAN,),
         ),
         Emitter(
             name="fmu",
@@ -210,7 +212,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_cpp,
             reserved=C_HEADERS,
-            options=(_MAIN,),
+            options=(_MAIN, _JACOBIAN),
         ),
         Emitter(
             name="rust",
@@ -218,7 +220,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".rs",),
             single_file=True,
             run=_rust,
-            options=(_MAIN,),
+            options=(_MAIN, _JACOBIAN),
         ),
         Emitter(
             name="tikz",

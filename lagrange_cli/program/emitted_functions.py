@@ -153,8 +153,11 @@ def canonical_programs(
     }
 
 
-#: Function → symbols by which it differentiates the accelerations.
+#: Function → symbols by which it differentiates the state's rates.
 DERIVATIVES = {"jacobian": "state", "jacobian_u": "inputs", "jacobian_p": "parameters"}
+
+#: Tail of the names of functions that give those numbers alone that need not be zero.
+ENTRIES = "_entries"
 
 #: Function that only a linearization calls → outputs, and symbols by which they are differentiated.
 SLOPES = {
@@ -179,18 +182,20 @@ def derivative_functions(equations: Equations) -> list[str]:
 
 
 def derivative_programs(
-    equations: Equations, *, jacobian: bool, linearization: bool
+    equations: Equations, *, jacobian: bool, linearization: bool, sparse: bool = True
 ) -> dict[str, Program]:
     """Build the programs of derivatives by function, with contacts under names in ``contact_``.
 
-    With contacts the programs read their flags.
+    With contacts the programs read their flags. Names of sparse ones end with :data:`ENTRIES`.
 
     Parameters
     ----------
     jacobian
-        Build all derivatives of the accelerations.
+        Build all derivatives of the state's rates.
     linearization
         Build those by state and inputs, and the derivatives of outputs and constraints.
+    sparse
+        Store the numbers alone that need not be zero where they are few.
 
     Raises
     ------
@@ -214,11 +219,13 @@ def derivative_programs(
         )
     contact = "contact_" if equations.system.contacts else ""
     flagged = with_contact_flags(equations) if contact else equations
-    programs = {
-        contact + function: build_jacobian(flagged, DERIVATIVES[function])
-        for function in derivative_functions(equations)
-        if jacobian or function != "jacobian_p"
-    }
+    programs: dict[str, Program] = {}
+    for function in derivative_functions(equations):
+        if jacobian or function != "jacobian_p":
+            program = build_jacobian(flagged, DERIVATIVES[function], sparse=sparse)
+            assert program.jacobian is not None
+            tail = "" if program.jacobian.pattern is None else ENTRIES
+            programs[contact + function + tail] = program
     return programs | _slope_programs(equations, flagged) if linearization else programs
 
 

@@ -14,4 +14,4 @@ class ProgramKind(Enum):
     RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
     MULTIPLIERS = auto()  # those of all closures
     CHANGE = auto()  # a change of coordinates or of velocities, or velocities of momenta
-    JACOBIAN = auto()  # derivatives of accelerations or of outputs, by rows
+    JACOBIAN = auto()  # derivatives of the state's rates or of outputs, by rows

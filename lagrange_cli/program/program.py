@@ -366,8 +366,8 @@ _COLUMNS: dict[str, Callable[[Equations], list[Symbol]]] = {
 }
 
 
-def build_jacobian(equations: Equations, by: str) -> Program:
-    """Build the program that differentiates the accelerations, which are among its inputs.
+def build_jacobian(equations: Equations, by: str, *, sparse: bool = True) -> Program:
+    """Build the program that differentiates the state's rates, of accelerations that it is given.
 
     Parameters
     ----------
@@ -375,6 +375,8 @@ def build_jacobian(equations: Equations, by: str) -> Program:
         With contacts those with flags (:func:`.contact_systems.with_contact_flags`).
     by
         ``state`` (coordinates, then velocities), ``inputs`` or ``parameters``.
+    sparse
+        Store the numbers alone that need not be zero where they are few.
 
     Raises
     ------
@@ -386,7 +388,9 @@ def build_jacobian(equations: Equations, by: str) -> Program:
     system = SYSTEMS["contact_acceleration" if equations.system.contacts else "acceleration"](
         equations
     )
-    jacobian, wanted = solve_jacobian(values, equations, system, _COLUMNS[by](equations))
+    jacobian, wanted = solve_jacobian(
+        values, equations, system, _COLUMNS[by](equations), sparse=sparse
+    )
     return _of_jacobian(_scheduled(values, equations, wanted), jacobian)
 
 

@@ -1,4 +1,4 @@
-"""Emitted derivatives of accelerations, beside differences of the equations in 60 digits."""
+"""Emitted derivatives of the state's rates, beside differences of the equations in 60 digits."""
 
 from __future__ import annotations
 
@@ -53,14 +53,12 @@ def state_near(module, seed=3):
     return y + moves * (np.abs(y).max() or 1.0)
 
 
-def whole(module, function, values, columns):
-    """The whole matrix, of what is sparse too."""
-    if values.ndim == 2:
-        return values
-    matrix = np.zeros((len(module.COORDINATES), columns))
-    rows, places = (getattr(module, f"{function.upper()}_{name}") for name in ("ROWS", "COLUMNS"))
-    matrix[list(rows), list(places)] = values
-    return matrix
+def checked(function, matrix, expected):
+    """The rows of accelerations of a matrix, of which the rows of velocities are known."""
+    n = len(expected)
+    velocities = np.eye(n, 2 * n, n) if function == "jacobian" else 0 * expected
+    assert np.array_equal(matrix[:n], velocities), function
+    return matrix[n:]
 
 
 def modes_of(equations):
@@ -85,17 +83,19 @@ def check(scene, folder=None, **parameters):
         try:
             exact = AccelerationReference(equations, mode).derivatives(t, y, u, p)
         except ZeroDivisionError:  # a contact that cannot be closed here
-            assert np.isnan(module.jacobian(t, y, p, **keywords)).all()
+            rows = module.jacobian(t, y, p, **keywords)[len(module.COORDINATES) :]
+            assert np.isnan(rows).all()
             continue
         for function, expected in zip(("jacobian", "jacobian_u", "jacobian_p"), exact, strict=True):
             if not expected.size:
                 assert not hasattr(module, function)
                 continue
             found = getattr(module, function)(t, y, p, **keywords)
-            found = whole(module, function, found, expected.shape[1])
+            found = checked(function, found, expected)
             assert relative(found, expected).max(initial=0.0) < TOLERANCE, (function, mode)
             if library is not None:
                 found = library.derivatives(function, t, y, u, expected.shape, mode)
+                found = checked(function, found, expected)
                 assert relative(found, expected).max(initial=0.0) < TOLERANCE, (function, mode)
 
 
@@ -118,9 +118,23 @@ class Library(Compiled):
         fill(ctypes.c_void_p(self.defaults.ctypes.data))
 
     def derivatives(self, function, t, y, u, shape, mode=()):
-        """The whole matrix of a function."""
-        sparse = f"{self.prefix}_{function}_rows" in self.header
-        count = self.macro(f"{function.upper()}_NONZERO") if sparse else shape[0] * shape[1]
+        """The whole matrix of a function, of as many rows of accelerations as a shape has."""
+        whole = self.results(function, t, y, u, 2 * shape[0] * shape[1], mode)
+        whole = whole.reshape(2 * shape[0], shape[1])
+        if f"{self.prefix}_{function}_rows" in self.header:
+            count = self.macro(f"{function.upper()}_NONZERO")
+            entries = self.results(f"{function}_entries", t, y, u, count, mode)
+            rows, columns = (
+                (ctypes.c_int * count).in_dll(self.library, f"{self.prefix}_{function}_{name}")
+                for name in ("rows", "columns")
+            )
+            matrix = np.zeros_like(whole)
+            matrix[list(rows), list(columns)] = entries
+            assert np.array_equal(matrix, whole)
+        return whole
+
+    def results(self, function, t, y, u, count, mode):
+        """So many results of a function."""
         arrays = [np.ascontiguousarray(a, float) for a in (y, u, self.defaults)]
         flags = [np.array(mode, ctypes.c_int)] if len(mode) else []
         work, out = np.full(self.macro("WORK"), np.nan), np.full(count + 1, np.nan)
@@ -128,15 +142,7 @@ class Library(Compiled):
         call = getattr(self.library, f"{self.prefix}_{function}")
         assert call(ctypes.c_double(t), *pointers) == 0
         assert np.isnan(out[count]), "nothing is written behind the results"
-        if not sparse:
-            return out[:count].reshape(shape)
-        matrix = np.zeros(shape)
-        rows, columns = (
-            (ctypes.c_int * count).in_dll(self.library, f"{self.prefix}_{function}_{name}")
-            for name in ("rows", "columns")
-        )
-        matrix[list(rows), list(columns)] = out[:count]
-        return matrix
+        return out[:count]
 
 
 @pytest.mark.slow
@@ -152,7 +158,10 @@ def test_sparse_results(tmp_path):
     compiler()
     derivation = load(SYSTEMS / "chains" / "net_of_springs.yaml", parameters={"n": 5}).derive()
     module = module_of(derivation)
-    assert 25 < len(module.JACOBIAN_ROWS) < 25 * 50 / 4
+    assert 50 < len(module.JACOBIAN_ROWS) < 50 * 50 / 8
+    entries = module.jacobian_entries(0.0, module.INITIAL)
+    whole = module.jacobian(0.0, module.INITIAL)
+    assert np.array_equal(whole[module.JACOBIAN_ROWS, module.JACOBIAN_COLUMNS], entries)
     check("chains/net_of_springs", tmp_path, n=5)
 
 

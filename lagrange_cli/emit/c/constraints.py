@@ -20,7 +20,11 @@ from dataclasses import replace
 
 from lagrange_cli.emit.c.target import CNames, CTarget
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.emitted_functions import DERIVATIVES, INTERNAL_FUNCTIONS
+from lagrange_cli.program.emitted_functions import (
+    DERIVATIVES,
+    ENTRIES,
+    INTERNAL_FUNCTIONS,
+)
 from lagrange_cli.program.lowered.routines.projection import (
     NEWTON_STEPS,
     RESIDUAL_AT_REST,
@@ -237,7 +241,7 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
     }
     functions = (
         c_template("mode_function").replace("@FUNCTION@", name)
-        for name in ("multipliers", "constraints", "events", *DERIVATIVES)
+        for name in ("multipliers", "constraints", "events", *_derivatives())
         if f"contact_{name}" in programs or name == "events"
     )
     flags, rhs, project, reset = (
@@ -251,6 +255,10 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
             *(target.fill(text, replacements) for text in texts),
         ]
     )
+
+
+def _derivatives() -> list[str]:
+    return [function + tail for function in DERIVATIVES for tail in ("", ENTRIES)]
 
 
 def _reset_arguments(target: CTarget) -> str:

@@ -15,7 +15,7 @@ from lagrange_cli.emit.initial_state import residual_labels
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.shared_code import momentum_names
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.emitted_functions import DERIVATIVES
+from lagrange_cli.program.emitted_functions import DERIVATIVES, ENTRIES
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.jacobians import Jacobian
 
@@ -30,19 +30,17 @@ _BY = {
 }
 
 _WHOLE = """
-/* out[i*@COLUMNS@ + k]: the derivative of acceleration i, dydt[n + i],
- * by @BY@@WHILE@. */
+/* out[i*@COLUMNS@ + k]: the derivative of dydt[i] by @BY@@WHILE@; 2n rows. */
 int @NAME@_@FUNCTION@(@OUT@);
 """
 
 _PATTERN = """
-/* out[m], m < @MACRO@: the derivative of acceleration i,
- * dydt[n + i], by @BY@@WHILE@, for i = @NAME@_@FUNCTION@_rows[m]
- * and k = @NAME@_@FUNCTION@_columns[m]; all others are zero. */
+/* The same where it need not be zero: out[m], m < @MACRO@,
+ * for i = @NAME@_@FUNCTION@_rows[m] and k = @NAME@_@FUNCTION@_columns[m]. */
 #define @MACRO@ @SIZE@
 extern const int @NAME@_@FUNCTION@_rows[@SIZE@];
 extern const int @NAME@_@FUNCTION@_columns[@SIZE@];
-int @NAME@_@FUNCTION@(@OUT@);
+int @NAME@_@FUNCTION@_entries(@OUT@);
 """
 
 
@@ -52,7 +50,8 @@ def derivatives_of(programs: Mapping[str, Program]) -> dict[str, Jacobian]:
         function: program.jacobian
         for function in DERIVATIVES
         for name, program in programs.items()
-        if name.removeprefix("contact_") == function and program.jacobian is not None
+        if name.removeprefix("contact_").removesuffix(ENTRIES) == function
+        and program.jacobian is not None
     }
 
 
@@ -73,15 +72,19 @@ def derivative_declarations(
             "@FUNCTION@": function,
             "@OUT@": outer.arguments("out"),
         }
-        text = _WHOLE if jacobian.pattern is None else _PATTERN
+        text = _WHOLE if jacobian.pattern is None else _WHOLE + _PATTERN
         for token, replacement in replacements.items():
             text = text.replace(token, replacement)
         texts.append(text)
     return "".join(texts)
 
 
-def pattern_texts(programs: Mapping[str, Program], target: CTarget) -> Iterator[str]:
-    """Define the arrays that tell where sparse results stand."""
+def pattern_texts(
+    programs: Mapping[str, Program], target: CTarget, *, contacts: bool
+) -> Iterator[str]:
+    """Define the arrays that tell where sparse results stand, and the functions that fill whole
+    matrices with them."""
+    outer = mode_target(target) if contacts else target
     for function, jacobian in derivatives_of(programs).items():
         if jacobian.pattern is None:
             continue
@@ -89,6 +92,19 @@ def pattern_texts(programs: Mapping[str, Program], target: CTarget) -> Iterator[
         for name, numbers in (("rows", rows), ("columns", columns)):
             head = f"const int {target.prefix}_{function}_{name}[{jacobian.size}] = {{"
             yield "\n".join([head, *wrapped(", ".join(map(str, numbers)), 1, 1), "};", ""])
+        replacements = {
+            "@OUT@": outer.arguments("out"),
+            "@PASSED@": _passed(contacts=contacts),
+            "@FUNCTION@": function,
+            "@SIZE@": str(jacobian.size),
+            "@COLUMNS@": str(jacobian.columns),
+            "@WHOLE@": str(jacobian.rows * jacobian.columns),
+        }
+        yield target.fill(c_template("whole_jacobian"), replacements)
+
+
+def _passed(*, contacts: bool) -> str:
+    return f"t, y, u, p, {'mode, ' if contacts else ''}work"
 
 
 def linearization_declaration(equations: Equations, target: CTarget) -> str:
@@ -127,18 +143,18 @@ def linearization_text(
 ) -> str:
     """Define the function."""
     n, m = len(equations.system.coordinates), len(equations.system.inputs)
-    jacobians = derivatives_of(programs)
-    calls = [*_lower("A", jacobians["jacobian"], n, 2 * n, "jacobian", unit=True)]
+    calls = _wanted("A", ["status = @NAME@_jacobian(@PASSED@, A);"])
     if m:
-        calls += _lower("B", jacobians["jacobian_u"], n, m, "jacobian_u", unit=False)
+        calls += _wanted("B", ["status = @NAME@_jacobian_u(@PASSED@, B);"])
     calls += _outputs(equations, n, m)
     calls += _constraints(equations)
     unused = [] if m else ["    (void)B;", "    (void)D;"]
     body = "\n".join([*unused, *calls])
     text = c_template("linearization").replace("@BODY@", body)
     replacements = {
+        "@COUNTER@": "" if equations.system.outputs else "i, ",
         "@ARGUMENTS@": _arguments(equations, target),
-        "@PASSED@": f"t, y, u, p, {'mode, ' if equations.system.contacts else ''}work",
+        "@PASSED@": _passed(contacts=bool(equations.system.contacts)),
         "@START@": str(workspace_size(programs)),
     }
     return target.fill(text, replacements)
@@ -150,38 +166,6 @@ def _arguments(equations: Equations, target: CTarget) -> str:
         f"{target.real.name} *{name}" for name in ("ABCDE" if equations.system.pushing else "ABCD")
     )
     return outer.arguments("A").removesuffix(f"{target.real.name} *A") + matrices
-
-
-def _lower(
-    array: str, jacobian: Jacobian, n: int, columns: int, function: str, *, unit: bool
-) -> list[str]:
-    """Fill a matrix of 2n rows, of which those of the accelerations are a Jacobian.
-
-    Sparse results wait in the upper half, which is larger than they are.
-    """
-    half = n * columns
-    ones = [f"for (i = 0; i < {n}; ++i) {{", f"    {array}[i*{columns} + {n} + i] = @ONE@;", "}"]
-    zeros = [f"for (i = 0; i < {half}; ++i) {{", f"    {array}[i] = @ZERO@;", "}"]
-    if jacobian.pattern is None:
-        lines = [
-            *zeros,
-            *(ones if unit else []),
-            f"status = @NAME@_{function}(@PASSED@, {array} + {half});",
-        ]
-    else:
-        name = f"@NAME@_{function}"
-        lines = [
-            f"status = {name}(@PASSED@, {array});",
-            f"for (i = {half}; i < {2 * half}; ++i) {{",
-            f"    {array}[i] = @ZERO@;",
-            "}",
-            f"for (i = 0; i < {jacobian.size}; ++i) {{",
-            f"    {array}[({n} + {name}_rows[i])*{columns} + {name}_columns[i]] = {array}[i];",
-            "}",
-            *zeros,
-            *(ones if unit else []),
-        ]
-    return _wanted(array, lines)
 
 
 def _outputs(equations: Equations, n: int, m: int) -> list[str]:

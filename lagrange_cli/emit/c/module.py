@@ -154,7 +154,7 @@ def _source(
     for function, program in programs.items():
         flags = program.parameters > len(target.names.fields)
         parts.append(function_text(function, program, inner if flags else target))
-    parts += [*pattern_texts(programs, target)]
+    parts += [*pattern_texts(programs, target, contacts=bool(contacts))]
     parts += [residual_text(programs, target), project_text(programs, target)]
     if contacts:
         parts.append(interface_text(programs, target, contacts))

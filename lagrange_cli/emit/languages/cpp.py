@@ -7,7 +7,7 @@ compared only where a pivot is tested, and by ``abs``, ``min``, ``max`` and ``si
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import prod
 from typing import TYPE_CHECKING, ClassVar
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, ClassVar
 from lagrange_cli.emit.initial_state import require_coordinates
 from lagrange_cli.emit.languages.interface import Interface, Quantity, interface_of
 from lagrange_cli.emit.languages.printer import (
+    FunctionCalled,
     Language,
     arguments_read,
     functions_called,
@@ -35,7 +36,8 @@ if TYPE_CHECKING:
 
 _WORDS = """
 T N Params State dof coordinate_names parameter_names input_names initial_state std size_t detail
-values step main t y p u out i j k l given matrix vector columns scales band multipliers work w
+given_rhs given_multipliers values step main t y p u out i j k l given matrix vector columns scales
+band multipliers work w
 """
 
 #: Functions of C and POSIX, beside which no namespace of their name can stand.
@@ -172,6 +174,20 @@ class Cpp(Language):
         arrays = [f"{name}.data()" + (f" + {base}" if base else "") for name, base in places]
         return self.require(self.call_of(step, arrays, "{}.data()"))
 
+    def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
+        size = sum(call.size for call in calls)
+        driven = ["u, " if call.function.driven else "" for call in calls]
+        texts = [f"{c.function.name}(t, y, {u}p)" for c, u in zip(calls, driven, strict=True)]
+        if len(calls) == 1:
+            return [f"const auto given = {texts[0]};"]
+        lines = [f"std::array<T, {size}> given{{}};"]
+        for call, text in zip(calls, texts, strict=True):
+            name = f"given_{call.function.name}"
+            behind = f" + {call.start}" if call.start else ""
+            copied = f"std::copy({name}.begin(), {name}.end(), given.begin(){behind});"
+            lines += [f"const auto {name} = {text};", copied]
+        return lines
+
     def routine_head(self, routine: Signature) -> list[str]:
         kinds = _KINDS | {"reals": "const T*", "integers": "const std::size_t*", "none": "void"}
         driven = self.inputs_argument.format(len(self.interface.inputs)) * self.closures_driven
@@ -224,7 +240,7 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     """
     if options["main"]:
         require_coordinates(equations)
-    interface = interface_of(equations, "cpp", Cpp.reserved)
+    interface = interface_of(equations, "cpp", Cpp.reserved, jacobian=bool(options["jacobian"]))
     language = Cpp(interface)
     functions = module_functions(language)
     projected = projection_text(language, "cpp", "project.hpp", "positions.hpp")

@@ -14,9 +14,20 @@ from textwrap import indent
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.initial_state import require_coordinates
-from lagrange_cli.emit.languages.fortran_program import main_program
-from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of, is_input
-from lagrange_cli.emit.languages.printer import ARRAYS, COUNTERS, Language, local_arrays
+from lagrange_cli.emit.languages.fortran_program import (
+    helper_functions,
+    main_program,
+    projected_lines,
+    projection_subroutine,
+)
+from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of
+from lagrange_cli.emit.languages.printer import (
+    COUNTERS,
+    FunctionCalled,
+    Language,
+    arguments_read,
+    local_arrays,
+)
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.routines.signatures import Argument, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
@@ -142,6 +153,8 @@ class Fortran(Language):
         for array, size in local_arrays(function).items():
             large = size > _LARGE
             yield f"real(wp){', allocatable' * large} :: {array}({':' if large else size})"
+        if calls := self.functions_called_by(function):
+            yield f"real(wp) :: given({sum(call.size for call in calls)})"
         if "p" in read:
             yield f"real(wp) :: p_values({function.parameters})"
         if any(isinstance(step, Solve) for step in steps_in(body)):
@@ -150,7 +163,7 @@ class Fortran(Language):
         counters = COUNTERS[: max(loop_depth(_without_check(function)), int(totals))]
         if counters:
             yield f"integer :: {', '.join(counters)}"
-        used = read | {ARRAYS[name[0]] for name in read if is_input(name)}
+        used = arguments_read(function)
         unused = [name for name in ("t", "y", "p") if name not in used]
         unused += ["u"] if is_driven(function) and "u" not in used else []
         if unused:
@@ -193,6 +206,15 @@ class Fortran(Language):
         sizes_and_tables = [*map(str, step.sizes), *map(self.table, step.tables)]
         arguments = ", ".join([*sizes_and_tables, *first, "found"])
         return [*self.broken(f"call solve_{step.routine}({arguments})"), *self.require("found")]
+
+    def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
+        lines: list[str] = []
+        for call in calls:
+            driven = ", u" if is_driven(call.function) else ""
+            place = f"given({call.start + 1}:{call.start + call.size})"
+            called = f"call {call.function.name}(t, y{driven}, p, {place}, status)"
+            lines += [called, "if (status /= 0) return"]
+        return lines
 
     def scope(self) -> None:
         return None
@@ -351,43 +373,10 @@ def _constants(language: Fortran) -> Iterator[str]:
         yield from language.broken(f"integer, parameter :: {name}({len(table)}) = [{values}]")
 
 
-def _helpers(text: str) -> Iterator[str]:
-    """Yield the functions that Fortran has not, of those that a text calls."""
-    for helper in template("fortran", "functions.f90").split("\n\n"):
-        if f"{helper.split()[-1]}(" in text:
-            yield helper.rstrip("\n")
-
-
-def _projected(language: Fortran, t: str, y: str) -> str:
-    """Return the lines that lead a state back to the closures, by inputs at its time."""
-    u = language.inputs_of_closures
-    lines = [f"call inputs({t}, {y}, p, u, status)"] if u else []
-    lines += [f"call project({', '.join([t, y, *u, 'p', 'status'])})", "if (status /= 0) return"]
-    return "".join(f"      {line}\n" for line in lines)
-
-
 def _project(language: Fortran, projection: Projection) -> str:
-    """Return the subroutine ``project``, which calls routines."""
-    positions, m = projection.positions, projection.closures
     language.routines |= {"lead_velocities", "is_near"}
-    u, n = language.inputs_of_closures, len(language.interface.coordinates)
-    first = ""
-    if positions:
-        language.routines |= {"lead_positions"}
-        passed = ", ".join([str(n), str(positions), "t", *u, "p", "y", "error", "square", "change"])
-        lines = [f"call lead_positions({passed}, found)", "status = merge(0, 1, found)"]
-        first = "".join(f"    {line}\n" for line in [*lines, "if (.not. found) return"])
-    replacements = {
-        "@U@": "u, " if u else "",
-        "@STATES@": str(language.interface.layout.size),
-        "@DECLARED@": f"    real(wp), intent(in) :: u({len(language.interface.inputs)})\n" * len(u),
-        "@TWICE@": str(2 * m),
-        "@SQUARE@": f", square({positions})" if positions else "",
-        "@POSITIONS@": first,
-        "@M@": str(m),
-        "@N@": str(n),
-    }
-    return filled(template("fortran", "project.f90"), replacements).rstrip("\n")
+    language.routines |= {"lead_positions"} if projection.positions else set()
+    return projection_subroutine(language.interface, projection, language.inputs_of_closures)
 
 
 def _module(language: Fortran) -> str:
@@ -409,7 +398,9 @@ def _module(language: Fortran) -> str:
         "@INPUTS@": f", u({len(interface.inputs)})" if interface.inputs else "",
         "@DRIVEN@": "".join(f"        {x}\n" for x in driven if interface.inputs),
         "@GIVEN@": "u, " if interface.inputs else "",
-        "@PROJECTED@": _projected(language, "t + (step + 1)*h", "y") if projection else "",
+        "@PROJECTED@": projected_lines(language.inputs_of_closures, "t + (step + 1)*h", "y")
+        if projection
+        else "",
     }
     parts = [
         "\n".join(language.commented(interface.heading)),
@@ -422,7 +413,7 @@ def _module(language: Fortran) -> str:
         "contains",
         *functions,
         filled(template("fortran", "integrate.f90"), integrate).rstrip("\n"),
-        *_helpers("".join(functions)),
+        *helper_functions("".join(functions)),
         f"end module {interface.name}\n",
     ]
     return "\n\n".join(parts)
@@ -442,7 +433,12 @@ def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dic
     if options["main"]:
         require_coordinates(equations)
     interface = interface_of(
-        equations, "fortran", Fortran.reserved, caseless=True, longest=_LONGEST
+        equations,
+        "fortran",
+        Fortran.reserved,
+        jacobian=bool(options["jacobian"]),
+        caseless=True,
+        longest=_LONGEST,
     )
     text = _module(Fortran(interface)) + (f"\n{main_program(interface)}" if options["main"] else "")
     lines = [part for line in text.split("\n") for part in _split(line)]

@@ -1,4 +1,4 @@
-"""The main program of emitted Fortran, which integrates and prints a table.
+"""Parts of emitted Fortran from templates, and the main program, which prints a table.
 
 Arguments ``NAME=VALUE`` set parameters and initial values. Where there are closures the start is
 led to them, and refused where it is not near them.
@@ -6,9 +6,10 @@ led to them, and refused where it is not near them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from textwrap import wrap
 
-from lagrange_cli.emit.languages.interface import Interface
+from lagrange_cli.emit.languages.interface import Interface, Projection
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.template_files import filled, template
 
@@ -59,3 +60,39 @@ def _begun(interface: Interface) -> str:
 
 def _quoted(text: str) -> str:
     return "'" + comment_text(text).replace("'", "''") + "'"
+
+
+def projected_lines(u: Sequence[str], t: str, y: str) -> str:
+    """Return the lines that lead a state back to the closures, by inputs u at its time, if any."""
+    lines = [f"call inputs({t}, {y}, p, u, status)"] if u else []
+    lines += [f"call project({', '.join([t, y, *u, 'p', 'status'])})", "if (status /= 0) return"]
+    return "".join(f"      {line}\n" for line in lines)
+
+
+def projection_subroutine(interface: Interface, projection: Projection, u: Sequence[str]) -> str:
+    """Return the subroutine ``project``, of functions that take inputs u, if any."""
+    positions, m = projection.positions, projection.closures
+    n = len(interface.coordinates)
+    first = ""
+    if positions:
+        passed = ", ".join([str(n), str(positions), "t", *u, "p", "y", "error", "square", "change"])
+        lines = [f"call lead_positions({passed}, found)", "status = merge(0, 1, found)"]
+        first = "".join(f"    {line}\n" for line in [*lines, "if (.not. found) return"])
+    replacements = {
+        "@U@": "u, " if u else "",
+        "@STATES@": str(interface.layout.size),
+        "@DECLARED@": f"    real(wp), intent(in) :: u({len(interface.inputs)})\n" * len(u),
+        "@TWICE@": str(2 * m),
+        "@SQUARE@": f", square({positions})" if positions else "",
+        "@POSITIONS@": first,
+        "@M@": str(m),
+        "@N@": str(n),
+    }
+    return filled(template("fortran", "project.f90"), replacements).rstrip("\n")
+
+
+def helper_functions(text: str) -> Iterator[str]:
+    """Yield the functions that Fortran has not, of those that a text calls."""
+    for helper in template("fortran", "functions.f90").split("\n\n"):
+        if f"{helper.split()[-1]}(" in text:
+            yield helper.rstrip("\n")

@@ -16,7 +16,11 @@ from lagrange_cli.emit.naming import comment_text, described, domain_note, uniqu
 from lagrange_cli.emit.routines.signatures import routines_called
 from lagrange_cli.emit.shared_code import recorded_inputs
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS, constraint_programs
+from lagrange_cli.program.emitted_functions import (
+    INTERNAL_FUNCTIONS,
+    constraint_programs,
+    derivative_programs,
+)
 from lagrange_cli.program.lowered.functions import Function, Let, LocalArray, steps_in
 from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
@@ -39,6 +43,9 @@ _DOCUMENTATION = {
     "outputs": "Outputs, in the order of the heading.",
     "multipliers": "Multipliers, in the order of the closures.",
     "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
+    "jacobian": "Derivatives of rhs by the state, 2n by 2n, by rows.",
+    "jacobian_u": "Derivatives of rhs by the inputs, 2n rows.",
+    "jacobian_p": "Derivatives of rhs by the parameters, 2n rows.",
     "position_error": "Residuals of closures of positions, then magnitudes of their terms.",
     "position_reach": "Squares of the gradients of closures of positions.",
     "position_change": "Change of q that leads to the closures, in the metric of the energy.",
@@ -154,6 +161,7 @@ def interface_of(
     language: str,
     reserved: frozenset[str],
     *,
+    jacobian: bool = False,
     caseless: bool = False,
     longest: int | None = None,
 ) -> Interface:
@@ -165,6 +173,8 @@ def interface_of(
         Name of the language, for refusals.
     reserved
         Words that identifiers must not be.
+    jacobian
+        Derivatives of the right-hand side are among the functions.
     caseless, longest
         What tells identifiers apart, see :func:`.naming.unique_identifiers`.
 
@@ -175,7 +185,8 @@ def interface_of(
     """
     _require_held(equations, language)
     functions = tuple(
-        (lowered(program, name), _DOCUMENTATION[name]) for name, program in _programs(equations)
+        (lowered(program, name), _DOCUMENTATION[name])
+        for name, program in _programs(equations, jacobian=jacobian)
     )
     projection = _projection(equations)
     all_functions = functions if projection is None else (*functions, *projection.functions)
@@ -243,12 +254,15 @@ def _require_held(equations: Equations, language: str) -> None:
     raise InputError(Problem(problem, hint="--to c and --to python hold it", rule="language"))
 
 
-def _programs(equations: Equations) -> Iterator[tuple[str, Program]]:
+def _programs(equations: Equations, *, jacobian: bool) -> Iterator[tuple[str, Program]]:
     for name in (*_FUNCTIONS, *optional_outputs(equations)):
         yield name, build_program(equations, ["acceleration" if name == "rhs" else name])
     for name, program in constraint_programs(equations).items():
         if name not in INTERNAL_FUNCTIONS:
             yield name, program
+    yield from derivative_programs(
+        equations, jacobian=jacobian, linearization=False, sparse=False
+    ).items()
 
 
 def _local_names(functions: tuple[tuple[Function, str], ...]) -> set[str]:

@@ -6,11 +6,11 @@ Functions return new arrays of 64-bit numbers, NaN where there is no result.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import Projection, interface_of
-from lagrange_cli.emit.languages.printer import Language
+from lagrange_cli.emit.languages.printer import FunctionCalled, Language
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.routines.signatures import Signature
 from lagrange_cli.emit.routines.translation import routine_texts
@@ -79,6 +79,11 @@ class JavaScript(Language):
         arguments = ", ".join([*map(str, step.sizes), *map(self.table, step.tables), *arrays])
         return [f"if (!solve_{step.routine}({arguments})) return out.fill(NaN);"]
 
+    def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
+        driven = [", u" if call.function.driven else "" for call in calls]
+        listed = [f"...{c.function.name}(t, y, p{u})" for c, u in zip(calls, driven, strict=True)]
+        return [f"const given = [{', '.join(listed)}];"]
+
     @property
     def inputs_of_closures(self) -> str:
         """The last argument of functions of closures, if any of them reads inputs."""
@@ -125,7 +130,9 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     InputError
         A constant is outside the range of a double, or the scene has contacts or recordings.
     """
-    interface = interface_of(equations, "javascript", JavaScript.reserved)
+    interface = interface_of(
+        equations, "javascript", JavaScript.reserved, jacobian=bool(options["jacobian"])
+    )
     language = JavaScript(interface)
     projection = interface.projection
     inner = () if projection is None else projection.functions

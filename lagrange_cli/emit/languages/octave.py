@@ -14,7 +14,7 @@ from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of
-from lagrange_cli.emit.languages.printer import Language
+from lagrange_cli.emit.languages.printer import FunctionCalled, Language
 from lagrange_cli.emit.naming import OCTAVE_RESERVED, comment_text, file_stem
 from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
@@ -114,16 +114,28 @@ class Octave(Language):
         arguments = [*map(str, step.sizes), *(_row(map(str, x)) for x in step.tables[:2]), *arrays]
         solution = step.arrays[1]
         first = solution.index.base
-        size = step.sizes[0] + (step.sizes[1] if step.routine == "saddle" else 0)
+        size = _unknowns(step)
         target = f"{solution.name}({first + 1}:{first + size})"
         lines = self.broken(f"{target} = solve_{step.routine}({', '.join(arguments)});")
         return [*lines, f"if any(isnan({target})), out(:) = NaN; return; end"]
+
+    def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
+        driven = [", u" if call.function.driven else "" for call in calls]
+        listed = [f"{c.function.name}(t, y, p{u})" for c, u in zip(calls, driven, strict=True)]
+        return [f"given = [{'; '.join(listed)}];"]
 
     def scope(self) -> None:
         return None
 
     def element_text(self, name: str, index: str) -> str:
         return f"{'p_values' if name == 'p' else name}({index})"
+
+
+def _unknowns(step: Solve) -> int:
+    """Return how many numbers a solution has."""
+    if step.routine == "columns":
+        return step.sizes[1] * step.sizes[2]
+    return step.sizes[0] + (step.sizes[1] if step.routine == "saddle" else 0)
 
 
 def _from(name: str, first: int) -> str:
@@ -204,7 +216,13 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
     InputError
         A constant is outside the range of a double, or the scene has contacts or recordings.
     """
-    interface = interface_of(equations, "octave", Octave.reserved, longest=_LONGEST)
+    interface = interface_of(
+        equations,
+        "octave",
+        Octave.reserved,
+        jacobian=bool(options["jacobian"]),
+        longest=_LONGEST,
+    )
     language = Octave(interface)
     projection = interface.projection
     inner = () if projection is None else projection.functions

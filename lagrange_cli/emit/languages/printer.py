@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from itertools import accumulate
 from math import prod
 from textwrap import wrap
 from typing import ClassVar
@@ -56,6 +58,15 @@ ARRAYS = {"p": "p", "u": "u", "q": "y", "v": "y"}
 
 #: Half the distance from 1 to the next number of double precision.
 _ROUNDING = Fraction(1, 2**53)
+
+
+@dataclass(frozen=True)
+class FunctionCalled:
+    """A function whose results stand in an array, from ``start`` on, ``size`` of them."""
+
+    function: Function
+    start: int
+    size: int
 
 
 def local_arrays(function: Function) -> dict[str, int]:
@@ -137,6 +148,10 @@ class Language(Syntax):
     def solve(self, step: Solve) -> list[str]:
         """Return the lines that solve equations, or end the function as singular."""
 
+    def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
+        """Return the lines that make the array ``given`` of the results of functions."""
+        raise NotImplementedError
+
     def total(self, step: Total) -> list[str]:
         """Return the lines that replace the first of some numbers by their sum."""
         target = Element(step.start.name, step.start.index)
@@ -173,12 +188,24 @@ class Language(Syntax):
     def function_lines(self, function: Function, documentation: str) -> list[str]:
         """Return the lines of a function."""
         self._arrays = local_arrays(function)
-        lines = [*self.inputs_of(function), *self._all(function.body)]
+        lines = [*self._given(function), *self.inputs_of(function), *self._all(function.body)]
         return [
             *self.head(function, documentation),
             *(f"{self.tab}{line}".rstrip() for line in lines),
             *self.foot(function),
         ]
+
+    def _given(self, function: Function) -> list[str]:
+        """Evaluate the functions that give accelerations and multipliers, where these are read."""
+        calls = self.functions_called_by(function)
+        return self.call_results(calls) if calls else []
+
+    def functions_called_by(self, function: Function) -> list[FunctionCalled]:
+        """Return the functions that are evaluated first, with their places in ``given``."""
+        listed = {each.name: each for each, _ in self.interface.functions}
+        called = [listed[name] for name in function.given_functions]
+        sizes = [prod(each.shape) for each in called]
+        return list(map(FunctionCalled, called, accumulate(sizes, initial=0), sizes))
 
     def inputs_of(self, function: Function) -> list[str]:
         """Name the numbers of the state, of the parameters and of the inputs that are read."""
@@ -291,6 +318,8 @@ def functions_called(language: Language) -> list[str]:
 
 def arguments_read(function: Function) -> set[str]:
     """Return the arguments ``t``, ``y``, ``u`` and ``p`` that a function reads."""
+    if function.given_functions:
+        return {"t", "y", "u", "p"}
     read = names_read(function.body)
     named = {ARRAYS[name[0]] for name in read if is_input(name)}
     return named | (read & {"t", "y", "u", "p"})

@@ -6,7 +6,7 @@ allocated; scratch space stands on the stack. Everything is of Rust 1.63 and edi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import compress, pairwise
 from math import prod
 from typing import TYPE_CHECKING, ClassVar
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, ClassVar
 from lagrange_cli.emit.initial_state import require_coordinates
 from lagrange_cli.emit.languages.interface import Interface, Quantity, interface_of
 from lagrange_cli.emit.languages.printer import (
+    FunctionCalled,
     Language,
     arguments_read,
     functions_called,
@@ -36,6 +37,7 @@ _WORDS = """
 abstract as async await become box break const continue crate do dyn else enum extern false final fn
 for gen if impl in let loop macro match mod move mut override priv pub raw ref return safe self Self
 static struct super trait true try type typeof union unsafe unsized use virtual where while yield
+given_rhs given_multipliers
 Some None Ok Err Params Failure COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL N math
 f64 usize core std main run step t y p u out i j k l given matrix vector columns scales band
 multipliers work w
@@ -149,6 +151,21 @@ class Rust(Language):
         call = self.require(self.call_of(step, arrays, "&{}"))
         return ["{", *(f"{self.tab}{line}" for line in (*split, *call)), "}"] if split else call
 
+    def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
+        size = sum(call.size for call in calls)
+        driven = ["u, " if call.function.driven else "" for call in calls]
+        lines = [f"let mut given = [0.0_f64; {size}];"]
+        if len(calls) == 1:
+            return [*lines, f"{calls[0].function.name}(t, y, {driven[0]}p, &mut given)?;"]
+        for call, u in zip(calls, driven, strict=True):
+            name, end = f"given_{call.function.name}", call.start + call.size
+            lines += [
+                f"let mut {name} = [0.0_f64; {call.size}];",
+                f"{call.function.name}(t, y, {u}p, &mut {name})?;",
+                f"given[{call.start}..{end}].copy_from_slice(&{name});",
+            ]
+        return lines
+
     def routine_head(self, routine: Signature) -> list[str]:
         kinds = _KINDS | {"reals": "&[f64]", "integers": "&[usize]"}
         driven = self.inputs_argument.format(len(self.interface.inputs)) * self.closures_driven
@@ -219,7 +236,7 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
     """
     if options["main"]:
         require_coordinates(equations)
-    interface = interface_of(equations, "rust", Rust.reserved)
+    interface = interface_of(equations, "rust", Rust.reserved, jacobian=bool(options["jacobian"]))
     language = Rust(interface)
     functions = module_functions(language)
     projected = projection_text(language, "rust", "project.rs", "positions.rs")

@@ -15,6 +15,7 @@ from lagrange_cli.emit.shared_code import (
     polynomial_rows,
     recorded_inputs,
 )
+from lagrange_cli.program.emitted_functions import ENTRIES
 from lagrange_cli.program.program import Program
 from lagrange_cli.version import __version__
 
@@ -52,6 +53,12 @@ _NOTES = {
     ],
 }
 
+#: Inputs as functions take them, and as functions over symbols do.
+_DRIVEN = (
+    "a function of (t, y, p) that returns the values of INPUTS",
+    "the values of INPUTS, or a function of (t, y, p) that returns them",
+)
+
 _CONTACTS = (
     "A contact, one of CONTACTS, pushes while it is closed. mode says which are: as many 0 (open)"
     " and 1 (closed), FLIGHT if absent. Integrate with one mode until one of the numbers of events"
@@ -69,10 +76,7 @@ def docstring(equations: Equations, style: str) -> str:
         paragraphs.append(comment_text(presentation.description))
     driven = ""
     if system.inputs:
-        driven = (
-            " u is a function of (t, y, p) that returns the values of INPUTS, by default those of"
-            " the scene."
-        )
+        driven = f" u is {_DRIVEN[style in ('jax', 'casadi')]}, by default those of the scene."
     note, *example = _NOTES[style]
     paragraphs.append(f"{_statement(equations, style)}{driven} {note}")
     lines = [line for paragraph in paragraphs for line in [*wrap(paragraph, WIDTH), ""]]
@@ -160,7 +164,7 @@ def _patterns(programs: Mapping[str, Program]) -> list[str]:
     for name, program in programs.items():
         if program.jacobian is not None and program.jacobian.pattern is not None:
             rows, columns = zip(*program.jacobian.pattern, strict=True)
-            constant = name.removeprefix("contact_").upper()
+            constant = name.removeprefix("contact_").removesuffix(ENTRIES).upper()
             lines += listing(f"{constant}_ROWS", map(str, rows))
             lines += listing(f"{constant}_COLUMNS", map(str, columns))
     return lines

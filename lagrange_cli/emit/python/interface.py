@@ -12,6 +12,7 @@ from lagrange_cli.emit.initial_state import ROWS, steps_per_row
 from lagrange_cli.emit.python.layout import passed_on
 from lagrange_cli.emit.shared_code import RECORDED_ROUNDING
 from lagrange_cli.emit.template_files import filled, python_template
+from lagrange_cli.program.emitted_functions import ENTRIES
 from lagrange_cli.program.lowered.routines.projection import (
     NEWTON_STEPS,
     RESIDUAL_AT_REST,
@@ -97,15 +98,46 @@ _NOTE = """
     the order of RESIDUALS. A is that of rhs, which has accelerations off the constraints too."""
 
 
-def linearization_source(
-    equations: Equations, programs: Mapping[str, Program], arguments: str
-) -> str:
-    """Define the type of the result and the function.
+def whole_jacobians(
+    equations: Equations,
+    programs: Mapping[str, Program],
+    arguments: str,
+    documentation: Mapping[str, str],
+) -> list[str]:
+    """Define the functions that fill whole matrices with derivatives of which few are stored.
 
     Parameters
     ----------
     programs
         Programs of the derivatives by function.
+    arguments
+        Those of the functions of the interface behind ``t`` and ``y``, with their defaults.
+    documentation
+        That of functions by name.
+    """
+    mode = ", mode=FLIGHT" if equations.system.contacts else ""
+    texts = []
+    for name, program in programs.items():
+        if program.jacobian is None or program.jacobian.pattern is None:
+            continue
+        function = name.removeprefix("contact_").removesuffix(ENTRIES)
+        replacements = {
+            "@FUNCTION@": function,
+            "@DOC@": documentation[function],
+            "@CONSTANT@": function.upper(),
+            "@A@": arguments + mode,
+            "@P@": passed_on(arguments + mode),
+            "@SHAPE@": f"{program.jacobian.rows}, {program.jacobian.columns}",
+        }
+        texts.append(filled(python_template("whole_jacobian"), replacements))
+    return texts
+
+
+def linearization_source(equations: Equations, arguments: str) -> str:
+    """Define the type of the result and the function.
+
+    Parameters
+    ----------
     arguments
         Those of the functions of the interface behind ``t`` and ``y``, with their defaults.
     """
@@ -115,11 +147,8 @@ def linearization_source(
     plain, contacts = passed_on(arguments), bool(system.contacts)
     passed = f"{plain}, mode" if contacts else plain
     lines = [
-        f"A = np.zeros(({size}, {size}) + y.shape[1:])",
-        f"A[range({n}), range({n}, {2 * n})] = 1.0",
-        _lower("A", "jacobian", programs, n, passed, contacts),
-        f"B = np.zeros(({size}, {m}) + y.shape[1:])",
-        *([_lower("B", "jacobian_u", programs, n, passed, contacts)] if m else []),
+        f"A = jacobian(t, y, {passed})",
+        f"B = jacobian_u(t, y, {passed})" if m else f"B = np.zeros(({size}, 0) + y.shape[1:])",
         f"C = np.zeros(({k or n}, {size}) + y.shape[1:])",
         f"C[:] = _output_jacobian(t, y, {plain})" if k else f"C[range({n}), range({n})] = 1.0",
         f"D = np.zeros(({k or n}, {m}) + y.shape[1:])",
@@ -138,19 +167,6 @@ def linearization_source(
         "@MATRICES@": "A, B, C, D, E" if closed else "A, B, C, D",
     }
     return filled(python_template("linearization"), replacements)
-
-
-def _lower(
-    array: str, function: str, programs: Mapping[str, Program], n: int, passed: str, contacts: bool
-) -> str:
-    """Put the derivatives of the accelerations below those of the coordinates."""
-    jacobian = programs["contact_" * contacts + function].jacobian
-    assert jacobian is not None
-    name = function.upper()
-    if jacobian.pattern is None:
-        return f"{array}[{n}:] = {function}(t, y, {passed})"
-    rows = f"[{n} + i for i in {name}_ROWS]"
-    return f"{array}[{rows}, {name}_COLUMNS] = {function}(t, y, {passed})"
 
 
 # -- the script ----------------------------------------------------------------------------

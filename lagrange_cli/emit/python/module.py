@@ -21,6 +21,7 @@ from lagrange_cli.emit.python.interface import (
     projection_source,
     recorded_source,
     script_source,
+    whole_jacobians,
 )
 from lagrange_cli.emit.python.layout import Signature, Tables
 from lagrange_cli.emit.python.names import SceneNames, scene_names
@@ -30,6 +31,7 @@ from lagrange_cli.emit.shared_code import programs_of_momenta
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.emitted_functions import (
     CANONICAL_PARTS,
+    ENTRIES,
     INTERNAL_FUNCTIONS,
     SLOPES,
     constraint_programs,
@@ -82,9 +84,9 @@ _DOCS = {
     "gaps": "Gaps of all contacts, then the magnitudes behind them.",
     "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
     "impulse": "Change of v that changes the rates of closed contacts by the targets.",
-    "jacobian": "Derivatives of the accelerations by q, then by v, n by 2n.",
-    "jacobian_u": "Derivatives of the accelerations by the inputs, in the order of INPUTS.",
-    "jacobian_p": "Derivatives of the accelerations by the parameters, in their order.",
+    "jacobian": "Derivatives of rhs by y, 2n by 2n.",
+    "jacobian_u": "Derivatives of rhs by the inputs, in the order of INPUTS, with 2n rows.",
+    "jacobian_p": "Derivatives of rhs by the parameters, in their order, with 2n rows.",
     "output_jacobian": "Derivatives of the outputs by q, then by v.",
     "output_jacobian_u": "Derivatives of the outputs by the inputs.",
     "constraint_jacobian": "Derivatives of what constraints gives by q, then by v.",
@@ -219,7 +221,12 @@ class _Module:
             opening = ("if not any(mode):", f"    return flight(t, y, {passed})")
         shown = self._shown() if name == "rhs" else ()
         label = f"_{plain}" if inner else plain
-        return Signature(label, arguments, _DOCS[plain], opening, shown)
+        whole = plain.removesuffix(ENTRIES)
+        doc = _DOCS[whole]
+        if plain != whole:
+            places = f"{whole.upper()}_ROWS, {whole.upper()}_COLUMNS"
+            doc = f"Numbers of {whole} at {places}; all others are zero."
+        return Signature(label, arguments, doc, opening, shown)
 
     def _shown(self) -> tuple[str, ...]:
         """Return the equations of motion as comments, where they are short."""
@@ -245,11 +252,8 @@ class _Module:
             return []
         linear = self.options["linearization"] and equations.system.coordinates
         return [
-            *(
-                [linearization_source(equations, self.derivatives, self.arguments)]
-                if linear
-                else []
-            ),
+            *whole_jacobians(equations, self.derivatives, self.arguments, _DOCS),
+            *([linearization_source(equations, self.arguments)] if linear else []),
             *([canonical_source(equations, self.arguments)] if self.canonical else []),
             projection_source(equations, self.programs),
             contacts_source(equations, self.arguments),

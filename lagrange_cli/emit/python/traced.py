@@ -168,7 +168,7 @@ class _Tracer:
         for dummies, source in (
             (fields, "p"),
             (state, listed.format("y")),
-            (driven, listed.format("u(t, y, p)")),
+            (driven, listed.format("u(t, y, p) if callable(u) else u")),
         ):
             read = [any(dummy in reads for dummy in dummies)] * len(dummies)
             lines += unpacked([local[d] for d in dummies], read, source, str)

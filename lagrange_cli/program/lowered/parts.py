@@ -224,7 +224,7 @@ def _matrix_of(
 
 
 def _derivatives(program: Program) -> list[Part]:
-    """Store derivatives of the accelerations: those written out, then those of each block."""
+    """Store derivatives of the state's rates: those written out, then those of each block."""
     jacobian = program.jacobian
     assert jacobian is not None
     place = jacobian.stored
@@ -241,7 +241,10 @@ def _derivatives(program: Program) -> list[Part]:
         below = [next(matrix) for _ in range((n + block.compliant) * len(block.closures))]
         parts += _columns(block, entries, below, [next(forcing) for _ in block.places])
         solved = [
-            Statement(Cell(RESULTS, place[i, k]), Variable(f"c{row * len(block.columns) + number}"))
+            Statement(
+                Cell(RESULTS, place[jacobian.first + i, k]),
+                Variable(f"c{row * len(block.columns) + number}"),
+            )
             for row, i in enumerate(block.coordinates)
             for number, k in enumerate(block.columns)
         ]

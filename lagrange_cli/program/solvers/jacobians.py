@@ -1,4 +1,6 @@
-"""Derivatives of accelerations: columns of systems with the matrix of the accelerations.
+"""Derivatives of the state's rates: columns of systems with the matrix of the accelerations.
+
+The rates of the coordinates are the velocities, whose derivatives are 1 or 0.
 
 Accelerations a and multipliers λ solve M a = f + Σ λ·gradient, gradient·a + bias = 0.
 Differentiated by a number x of which M, f, gradients and biases depend,
@@ -35,9 +37,9 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 #: A large matrix with fewer than one number in so many that need not be zero is stored sparse.
-_SPARSE = 4
+_SPARSE = 8
 
-#: Matrices of fewer rows than this are stored whole.
+#: Matrices of fewer coordinates than this are stored whole.
 _SMALL = 16
 
 #: The rank of accelerations and multipliers as inputs (see :class:`.value_graph.ValueGraph`).
@@ -84,12 +86,14 @@ class ColumnBlock:
 
 @dataclass(frozen=True)
 class Jacobian:
-    """Layout of the stored derivatives of accelerations or of outputs.
+    """Layout of the stored derivatives of the state's rates or of outputs.
 
     Attributes
     ----------
     rows, columns
         Number of functions that are differentiated, and of variables of the derivatives.
+    first
+        Row of the first acceleration.
     multipliers
         Number of multipliers that may be read.
     entries
@@ -102,6 +106,7 @@ class Jacobian:
 
     rows: int
     columns: int
+    first: int
     multipliers: int
     entries: tuple[tuple[int, int], ...]
     blocks: tuple[ColumnBlock, ...]
@@ -122,7 +127,10 @@ class Jacobian:
     @property
     def nonzero(self) -> tuple[tuple[int, int], ...]:
         """Rows and columns of entries that need not be zero, by rows."""
-        return _nonzero(self.entries, self.blocks)
+        solved = (
+            (self.first + i, k) for b in self.blocks for i in b.coordinates for k in b.columns
+        )
+        return tuple(sorted([*self.entries, *solved]))
 
     @property
     def workspace(self) -> int:
@@ -130,20 +138,15 @@ class Jacobian:
         return max((block.workspace for block in self.blocks), default=0)
 
 
-def _nonzero(
-    written: Sequence[tuple[int, int]], blocks: Sequence[ColumnBlock]
-) -> tuple[tuple[int, int], ...]:
-    solved = ((i, k) for b in blocks for i in b.coordinates for k in b.columns)
-    return tuple(sorted([*written, *solved]))
-
-
 def solve_jacobian(
     values: ValueGraph,
     equations: Equations,
     system: MassMatrixSystem,
     by: Sequence[Symbol],
+    *,
+    sparse: bool,
 ) -> tuple[Jacobian, Outputs]:
-    """Differentiate the accelerations that a system gives.
+    """Differentiate the state's rates: velocities, and the accelerations that a system gives.
 
     Accelerations ``a0, a1, …`` and multipliers ``l0, l1, …`` are inputs of the program.
 
@@ -151,6 +154,8 @@ def solve_jacobian(
     ----------
     by
         Symbols of coordinates, velocities, inputs or parameters, one for each column.
+    sparse
+        Store the numbers alone that need not be zero where they are few.
 
     Returns
     -------
@@ -167,7 +172,11 @@ def solve_jacobian(
     outputs: dict[str, list[ScaledNode]] = {
         name: [] for name in ("entries", "dense_matrix", "dense_forcing")
     }
-    written: list[tuple[int, int]] = []
+    layout = equations.system.layout
+    first, columns_by = layout.velocities.start, {symbol: k for k, symbol in enumerate(by)}
+    velocities = [columns_by.get(c.v) for c in equations.system.coordinates]
+    written = [(i, k) for i, k in enumerate(velocities) if k is not None]
+    outputs["entries"] += [UNIT] * len(written)
     blocks: list[ColumnBlock] = []
     for members, closures in components(matrix, gradients):
         rows = [*members, *(len(matrix) + k for k in closures)]
@@ -177,7 +186,7 @@ def solve_jacobian(
             continue
         if not closures and is_unrolled(len(members), definite):
             solved, nodes = _unrolled(values, matrix, members, columns, right)
-            written += solved
+            written += ((first + i, column) for i, column in solved)
             outputs["entries"] += nodes
             continue
         compliant = bool(closures and equations.system.contacts)
@@ -192,9 +201,15 @@ def solve_jacobian(
         dense += (matrix[i].get(j, none) for k, i in enumerate(members) for j in members[k:])
         dense += (gradients[k].get(j, none) for k in closures for j in members)
         dense += (values.convert(system.compliance_of(k)) for k in closures if compliant)
-    jacobian = Jacobian(len(matrix), len(by), len(gradients), tuple(written), tuple(blocks), None)
+    jacobian = Jacobian(
+        layout.size, len(by), first, len(gradients), tuple(written), tuple(blocks), None
+    )
     nonzero = jacobian.nonzero
-    if jacobian.rows >= _SMALL and _SPARSE * len(nonzero) < jacobian.rows * jacobian.columns:
+    if (
+        sparse
+        and len(matrix) >= _SMALL
+        and _SPARSE * len(nonzero) < jacobian.rows * jacobian.columns
+    ):
         jacobian = replace(jacobian, pattern=nonzero)
     return jacobian, list(outputs.items())
 
@@ -206,7 +221,7 @@ def slopes_of(
     seeds = {values.convert(symbol)[1]: {k: UNIT} for k, symbol in enumerate(by)}
     tangents = derivatives(values, nodes, seeds)
     slopes = {(i, k): x for i, row in enumerate(tangents) for k, x in sorted(row.items()) if x[0]}
-    jacobian = Jacobian(len(nodes), len(by), 0, tuple(slopes), (), None)
+    jacobian = Jacobian(len(nodes), len(by), 0, 0, tuple(slopes), (), None)
     return jacobian, [("entries", [*slopes.values()]), ("dense_matrix", []), ("dense_forcing", [])]
 
 

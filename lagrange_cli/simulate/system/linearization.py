@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.program.emitted_functions import (
+    ENTRIES,
     constraint_programs,
     derivative_programs,
     program_of,
@@ -37,6 +38,7 @@ class LinearFunctions:
         self._layout, self._driven = equations.system.layout, len(equations.system.inputs)
         self._rows = len(equations.system.outputs)
         derivatives = derivative_programs(equations, jacobian=False, linearization=True)
+        derivatives = {name.removesuffix(ENTRIES): p for name, p in derivatives.items()}
         programs = {"rhs": program_of(equations, "rhs"), **derivatives}
         if equations.system.closures:
             programs["multipliers"] = constraint_programs(equations)["multipliers"]
@@ -74,10 +76,9 @@ class LinearFunctions:
             "C": np.zeros((m, self._rows or n, size)),
             "D": np.zeros((m, self._rows or n, driven)),
         }
-        whole["A"][:, range(n), range(n, 2 * n)] = 1.0
-        self._fill(whole["A"][:, n:], "jacobian", t, y, u)
+        self._fill(whole["A"], "jacobian", t, y, u)
         if driven:
-            self._fill(whole["B"][:, n:], "jacobian_u", t, y, u)
+            self._fill(whole["B"], "jacobian_u", t, y, u)
         if not self._rows:
             whole["C"][:, range(n), range(n)] = 1.0
         else:

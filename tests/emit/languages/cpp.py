@@ -74,7 +74,9 @@ class Cpp(Driver):
     def build(self, folder, modules):
         calls, heads = [], []
         for k, module in enumerate(modules):
-            interface = interface_of(module.equations, "cpp", CppLanguage.reserved)
+            interface = interface_of(
+                module.equations, "cpp", CppLanguage.reserved, jacobian=module.jacobian
+            )
             header = module.files[0]
             heads.append(f'#define main main_{k}\n#include "{header}"\n#undef main\n')
             heads.append(f"namespace m{k} = {interface.name};\n")

@@ -32,11 +32,14 @@ class Module:
         Those of the scene; no interface where the language needs none.
     files
         Its files, in a folder of their own.
+    jacobian
+        It has derivatives of the right-hand side.
     """
 
     equations: Equations
     interface: Interface | None
     files: tuple[Path, ...]
+    jacobian: bool = False
 
     @property
     def folder(self) -> Path:
@@ -86,16 +89,17 @@ class Driver(ABC):
         """Skip the test where a program is missing; in CI it fails."""
         require(*self.programs)
 
-    def emitted(self, equations: Equations, folder: Path) -> Module:
-        """Write the files of a scene."""
+    def emitted(self, equations: Equations, folder: Path, *, jacobian: bool = False) -> Module:
+        """Write the files of a scene, on request with derivatives."""
         folder.mkdir(parents=True)
-        files = EMITTERS[self.language].emit(equations, self.options)
+        options = self.options | ({"jacobian": True} if jacobian else {})
+        files = EMITTERS[self.language].emit(equations, options)
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
         interface = None
         if not self.holds_everything:
-            interface = interface_of(equations, self.language, frozenset())
-        return Module(equations, interface, tuple(folder / name for name in files))
+            interface = interface_of(equations, self.language, frozenset(), jacobian=jacobian)
+        return Module(equations, interface, tuple(folder / name for name in files), jacobian)
 
     def results(self, folder, modules, calls):
         """Return results of calls, a list of lists for each module."""

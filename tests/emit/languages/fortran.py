@@ -61,8 +61,8 @@ class Fortran(Driver):
     programs = ("gfortran",)
     options: ClassVar = {"main": True}
 
-    def emitted(self, equations, folder):
-        module = super().emitted(equations, folder)
+    def emitted(self, equations, folder, *, jacobian=False):
+        module = super().emitted(equations, folder, jacobian=jacobian)
         (path,) = module.files
         text = path.read_text(encoding="utf-8")
         assert max(map(len, text.splitlines())) <= 132

@@ -12,6 +12,7 @@ import json
 import math
 import os
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import mpmath
@@ -19,6 +20,7 @@ import numpy as np
 import sympy as sp
 
 from lagrange_cli.simulate import simulate
+from tests.emit.derivative_reference import AccelerationReference
 
 DIGITS = 40
 
@@ -155,6 +157,26 @@ def calls(equations):
     """Every function of a scene at its start and at random states near it."""
     rows = _computed_once(equations, "calls", lambda: [vars(call) for call in _calls(equations)])
     return [Call(**{k: tuple(v) if type(v) is list else v for k, v in r.items()}) for r in rows]
+
+
+def derivatives(equations):
+    """Derivatives of the right-hand side near the start, from differences in 60 digits."""
+    ((t, y, p),) = islice(_states(equations), 1, 2)
+    u = (0.25,) * len(equations.system.inputs)
+    exact = AccelerationReference(equations).derivatives(t, y, u, p)
+    n = len(equations.system.coordinates)
+    velocities = [np.eye(n, 2 * n, n), np.zeros((n, len(u))), np.zeros((n, len(p)))]
+    rows = []
+    for name, above, below in zip(
+        ("jacobian", "jacobian_u", "jacobian_p"), velocities, exact, strict=True
+    ):
+        whole = np.vstack([above, below])
+        largest = np.maximum(np.abs(whole).max(0, initial=0), 1e-3 * np.abs(whole).max(initial=0))
+        sizes = np.broadcast_to(largest, whole.shape)
+        if whole.size:
+            expected = tuple(map(float, whole.ravel()))
+            rows.append(Call(name, t, y, p, u, expected, tuple(map(float, sizes.ravel()))))
+    return rows
 
 
 def states_at(equations, times):

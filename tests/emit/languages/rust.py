@@ -58,7 +58,9 @@ class Rust(Driver):
         calls, heads = [], []
         for k, module in enumerate(modules):
             heads.append(f'#[path = "{module.files[0]}"]\nmod m{k};\n')
-            interface = interface_of(module.equations, "rust", RustLanguage.reserved)
+            interface = interface_of(
+                module.equations, "rust", RustLanguage.reserved, jacobian=module.jacobian
+            )
             for number, (function, _) in enumerate(interface.functions):
                 calls.append(_call(k, number, function, interface))
         program = folder / "calls.rs"

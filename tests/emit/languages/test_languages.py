@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from lagrange_cli import load
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.errors import InputError
@@ -22,7 +23,7 @@ from tests.emit.languages.drivers import executed
 from tests.emit.languages.fortran import Fortran
 from tests.emit.languages.javascript import JavaScript
 from tests.emit.languages.octave import Octave
-from tests.emit.languages.reference import calls, states_at
+from tests.emit.languages.reference import calls, derivatives, states_at
 from tests.emit.languages.rust import Rust
 from tests.systems.shipped import APART, SCENES, SLICE, derived
 
@@ -92,6 +93,35 @@ def test_functions_agree_with_the_equations(driver, names, tmp_path):
 def test_functions_of_other_systems_agree_with_the_equations(driver, names, tmp_path):
     driver.require()
     _agree(driver, [built(name) for name in names], tmp_path)
+
+
+#: Of one degree of freedom; unrolled; with closures of positions and of velocities; with inputs;
+#: sparse in C and Python.
+DIFFERENTIATED = ("pendulum", "furuta_pendulum", "four_bar_linkage", "snakeboard", "driven_spring")
+
+
+@pytest.mark.slow
+@every_language
+def test_jacobians_are_derivatives_of_the_right_hand_side(driver, tmp_path):
+    driver.require()
+    equations = [*map(derived, DIFFERENTIATED), fput_chain()]
+    held = held_by(driver, equations)
+    modules = [driver.emitted(e, tmp_path / e.presentation.name, jacobian=True) for e in held]
+    rows = [derivatives(e) for e in held]
+    assert {call.function for call in rows[-2]} == {"jacobian", "jacobian_u", "jacobian_p"}
+    results = driver.results(tmp_path, modules, rows)
+    wrong = [
+        f"{module.folder.name}: {problem}"
+        for module, calls_of, found in zip(modules, rows, results, strict=True)
+        for call, values in zip(calls_of, found, strict=True)
+        if (problem := call.wrong(values, 1e-10))
+    ]
+    assert wrong == []
+
+
+def fput_chain():
+    """Springs between neighbours, of which most derivatives vanish."""
+    return load(ROOT / "systems/chains/fput.yaml", parameters={"n": 20}).derive().equations
 
 
 def _agree(driver, equations, folder):

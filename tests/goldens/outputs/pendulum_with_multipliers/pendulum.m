@@ -370,17 +370,21 @@ end
 function x = solve_saddle(n, m, matrix, vector, varargin)
 % Solve M x = f + G.' l, G x + C l = g: rows of matrix hold the upper triangle of M, then G and the
 % diagonal of C.
-  a = reshape(matrix(1:(n + m)^2), n + m, n + m).';
+  x = equilibrated(saddle(n, n + m, matrix), vector(1:n + m));
+end
+
+function a = saddle(n, unknowns, matrix)
+% The whole matrix of the equations of solve_saddle.
+  a = reshape(matrix(1:unknowns^2), unknowns, unknowns).';
   inertia = triu(a(1:n, 1:n));
   gradients = a(n + 1:end, 1:n);
   a = [inertia + triu(inertia, 1).', -gradients.'; gradients, diag(diag(a(n + 1:end, n + 1:end)))];
-  x = equilibrated(a, vector(1:n + m));
 end
 
 function x = equilibrated(a, b)
 % Solve a x = b with rows and columns of a scaled by powers of two; NaN where a is singular.
   x = NaN(size(b));
-  rows = ones(size(b)); columns = ones(1, numel(b));
+  rows = ones(size(a, 1), 1); columns = ones(1, size(a, 2));
   for k = 1:6
     scaled = abs(rows.*a.*columns);
     rows = rows.*2.^-round(log2(max(scaled, [], 2))/2);
