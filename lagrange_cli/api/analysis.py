@@ -201,10 +201,11 @@ def animate_modes(
 ) -> str:
     """Draw the modes moving, as ``.svg`` or ``.gif``; as :meth:`plot_modes`."""
     from lagrange_cli.files import write_file
-    from lagrange_cli.pictures.drawn.modes import animated_modes, mode_pictures
+    from lagrange_cli.pictures.drawn.modes import mode_pictures
+    from lagrange_cli.pictures.moving import animated
 
     pictures = mode_pictures(derived.equations, texts(at), moving=True)
-    write_file(path, animated_modes(pictures, _ending(path)))
+    write_file(path, animated(pictures, _ending(path)))
     return pictures.remark
 
 

@@ -69,6 +69,7 @@ class Derivation(Derived, Reported):
     lyapunov = studies.lyapunov
     section = studies.section
     page = studies.page
+    animate = studies.animate
     path = studies.path
     path_models = studies.path_models
 

@@ -294,14 +294,54 @@ def path_models(derived: Derived) -> PathModels:
     return PathModels(acting.model(), acting.model(rates), periodic_coordinates(derived.equations))
 
 
-def page(derived: Derived, *, language: str = "en") -> str:
-    """Return an HTML page on which the system moves, as ``lagrange show`` writes it.
-
-    The page holds the motion that :meth:`simulate` gives of the scene's parameters and start, and
-    integrates the emitted JavaScript itself where these are changed.
+def animate(
+    derived: Derived,
+    path: str | os.PathLike[str],
+    trajectory: Trajectory | None = None,
+    *,
+    speed: float | None = None,
+) -> None:
+    """Write a film of a motion as ``.svg``, ``.gif`` or ``.mp4``, or the page of :meth:`page`.
 
     Parameters
     ----------
+    trajectory
+        A motion of these equations; by default that of :meth:`simulate`.
+    speed
+        Units of time in a second of the film: by default 1, or what makes a film of ten seconds
+        where it would be shorter than a second or longer than a minute.
+
+    Raises
+    ------
+    InputError
+        The system has no picture, the ending or the speed is impossible, matplotlib is not
+        installed, or ffmpeg is not there for an MP4.
+
+    Examples
+    --------
+    >>> load("systems/pendulums/pendulum.yaml").derive().animate("swing.svg")
+    """
+    from lagrange_cli.files import ending_of, write_file
+    from lagrange_cli.pictures.moving import animated, motion_pictures
+
+    ending = ending_of(path).lstrip(".")
+    if ending == "html":
+        write_file(path, page(derived, trajectory).encode("utf-8"))
+        return
+    pictures = motion_pictures(derived.equations, trajectory or simulate(derived), speed)
+    write_file(path, animated(pictures, ending))
+
+
+def page(derived: Derived, trajectory: Trajectory | None = None, *, language: str = "en") -> str:
+    """Return an HTML page on which the system moves, as ``lagrange show`` writes it.
+
+    The page integrates the emitted JavaScript itself, and compares its motion with a simulated one.
+
+    Parameters
+    ----------
+    trajectory
+        The simulated motion, with the scene's parameters and start; by default that of
+        :meth:`simulate`.
     language
         The language of its words: ``en``, ``de`` or ``fr``.
 
@@ -316,8 +356,7 @@ def page(derived: Derived, *, language: str = "en") -> str:
     >>> derivation.page()[:15]
     '<!DOCTYPE html>'
     """
-    from lagrange_cli.api.motion import simulate
     from lagrange_cli.pages.page import page_of, require_shown
 
     require_shown(derived.equations)
-    return page_of(derived.equations, simulate(derived), language)
+    return page_of(derived.equations, trajectory or simulate(derived), language)

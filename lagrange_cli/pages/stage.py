@@ -14,7 +14,7 @@ import numpy as np
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.notation.symbols import printable
-from lagrange_cli.pictures.sketch.composition import parts_of
+from lagrange_cli.pictures.sketch.links import parts_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

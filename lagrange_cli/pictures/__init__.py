@@ -9,4 +9,4 @@ system itself at its start :mod:`.sketch` makes a sketch. Read :mod:`.picture` f
 
 from lagrange_cli.pictures.drawing import draw_into, picture_of
 
-__all__ = ["by_matplotlib", "curves", "draw_into", "drawing", "figures", "picture_of"]
+__all__ = ["by_matplotlib", "curves", "draw_into", "drawing", "figures", "moving", "picture_of"]

@@ -29,7 +29,7 @@ _HOMES = {
     "Fit": "fits",
     "EffectivePotential": "potentials",
     "Analysis": "branches",
-    "ModePictures": "modes",
+    "MovingPictures": "modes",
 }
 
 

@@ -11,7 +11,8 @@ import pytest
 from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.pictures.drawing import drawn, picture_of
-from lagrange_cli.pictures.drawn.modes import animated_modes, mode_pictures
+from lagrange_cli.pictures.drawn.modes import mode_pictures
+from lagrange_cli.pictures.moving import animated
 from lagrange_cli.pictures.sketch.composition import sketch_of
 from lagrange_cli.pictures.sketch.svg import svg_text
 from tests.cli.terminal import lagrange, succeed
@@ -78,7 +79,7 @@ def test_rods_keep_their_lengths_along_a_period(place):
 @pytest.mark.slow
 def test_the_moving_svg_is_a_loop_without_scripts():
     found = mode_pictures(equations("pendulums", "coupled_pendulums.yaml"), moving=True)
-    text = animated_modes(found, "svg").decode()
+    text = animated(found, "svg").decode()
     root = ET.fromstring(text)
     moving = [e for e in root.iter() if e.tag.endswith("animate")]
     assert len(moving) == 2 * (3 + 4)  # of each mode: rods and spring, x and y of two bodies
@@ -87,7 +88,7 @@ def test_the_moving_svg_is_a_loop_without_scripts():
         assert len(values) == 25
         assert values[0] == values[-1]
     assert "script" not in text
-    assert animated_modes(found, "svg").decode() == text
+    assert animated(found, "svg").decode() == text
 
 
 @pytest.mark.slow
@@ -95,7 +96,7 @@ def test_the_gif_has_the_pictures_of_a_period():
     image = pytest.importorskip("PIL.Image")
     found = mode_pictures(equations("oscillators", "damped_oscillator.yaml"), moving=True)
     assert found.panels[0].title.plain == "s = −0.6 ± 6.296 i"
-    data = animated_modes(found, "gif")
+    data = animated(found, "gif")
     assert image.open(io.BytesIO(data)).n_frames == 24
     assert drawn(picture_of(found), "png").startswith(b"\x89PNG")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +42,9 @@ _LEAST_BUDGET = 1e-3
 
 #: Endings of files of one motion, and of ensembles alone.
 _FILES, _FILES_OF_MEMBERS = (".csv", ".npz"), (".parquet", ".zarr")
+
+#: Endings of films, and of the page that moves.
+_FILMS = (".svg", ".gif", ".mp4", ".html")
 
 #: Columns beyond the state that files can have.
 FILE_COLUMNS = ("energy", "positions", "forces", "momenta", "conserved")
@@ -144,6 +147,17 @@ def _further_columns(
     metavar="CURVES",
     help="Draw these curves, as 'z:x, dot(theta):theta'.",
 )
+@options.file(
+    "--animate",
+    "Write a film of the motion, as .svg, .gif or .mp4, or a page, as .html.",
+    callback=options.writable_as(*_FILMS),
+)
+@options.number(
+    "--speed",
+    "X",
+    "Units of time in a second of the film.  [default: 1, or such that a very short or long film "
+    "lasts 10 s]",
+)
 @ensemble.ensemble_options
 @heading("Interruptions")
 @options.file(
@@ -174,6 +188,8 @@ def simulate(
     output: str | None,
     plot: str | None,
     plot_of: str | None,
+    animate: str | None,
+    speed: float | None,
     section: str | None,
     form: ReportForm,
     checkpoint: str | None,
@@ -191,7 +207,7 @@ def simulate(
         session, read_source(scene), parameters, initial, times, formulation=formulation
     )
     state = checkpoint if resume is None else resume
-    outputs = {"-o": output, "--plot": plot, **checkpoint_files(state)}
+    outputs = {"-o": output, "--plot": plot, "--animate": animate, **checkpoint_files(state)}
     guard(asked_scene, outputs, {"the ensemble": member_file})
     about_members = {name: chosen.pop(name) for name in ensemble.MEMBER_OPTIONS}
     # A section has a picture of its own, beside which a map is refused.
@@ -211,6 +227,10 @@ def simulate(
     asked_scene = replace(asked_scene, forces=forces, sensitivity=sensitivity, extra=extra)
     if plot_of is not None and plot is None:
         raise click.UsageError("--plot-of needs --plot FILE")
+    if animate is not None and (section is not None or members is not None):
+        raise click.UsageError("--animate shows one motion")
+    if speed is not None and animate is None:
+        raise click.UsageError("--speed needs --animate FILE")
     files = columns, output, plot, plot_of
     asked = SimulationRequest(asked_scene, SimulationOptions(**chosen), *files)
     if section is not None:
@@ -221,7 +241,16 @@ def simulate(
             ctx.exit(ensemble.simulate_ensemble(session, members, asked, form))
     with asked_scene.compilations_ahead():
         state_file = _checkpoint(checkpoint, resume)
-        ctx.exit(_simulate_one(session, asked, state_file, started, form))
+        film = None if animate is None else _Film(animate, speed)
+        ctx.exit(_simulate_one(session, asked, state_file, started, form, film))
+
+
+@dataclass(frozen=True)
+class _Film:
+    """File of a film of the motion, and the units of time in a second of it, if given."""
+
+    path: str
+    speed: float | None
 
 
 def _simulate_one(
@@ -230,6 +259,7 @@ def _simulate_one(
     checkpoint: Checkpoint | None,
     started: float,
     form: ReportForm,
+    film: _Film | None,
 ) -> int:
     """Simulate one motion and report it; return the exit code.
 
@@ -247,6 +277,8 @@ def _simulate_one(
         print_report(report, form)
         if asked.plot is not None:
             trajectory.plot(asked.plot, asked.plot_of)
+        if film is not None:
+            asked.scene.derivation().animate(film.path, trajectory, speed=film.speed)
         if checkpoint is not None and trajectory.status != "stopped":
             checkpoint.remove()
     for remark in _remarks(trajectory, model, checkpoint):

@@ -81,8 +81,9 @@ function fill() {
   byId('drawing').hidden = !stage;
   for (const key of ['series', 'phase', 'drift', 'section']) byId(key).setAttribute('aria-label', words[key]);
   byId('section-rest').textContent = words.sectionOf;
-  [0.1, 0.25, 0.5, 1, 2, 4, 10].forEach((speed) => option(byId('speed'), speed, `${speed} ×`));
-  byId('speed').value = 1;
+  const multiples = [0.1, 0.25, 0.5, 1, 2, 4, 10];
+  multiples.forEach((part) => option(byId('speed'), part * view.speed, `${shortly(part * view.speed)} ×`));
+  byId('speed').value = view.speed;
   data.coordinates.forEach((c, k) => {
     option(byId('phase-of'), k, `${c.symbol}, ${c.rate}`);
     option(byId('section-of'), k, c.symbol);

@@ -6,7 +6,13 @@ const [TOLERANCE, FINER] = [1e-11, 100];
 /** The shift of a twin's start, and most points of a curve. */
 const [SHIFT, MOST_POINTS] = [1e-6, 1500];
 
-const view = { t: span[0], isPlaying: false, speed: 1, last: 0, drag: null };
+/** Units of time in a second: real time, or, of very short and long motions, ten seconds in all. */
+function usualSpeed() {
+  const seconds = span[1] - span[0];
+  return seconds >= 1 && seconds <= 60 ? 1 : seconds / 10;
+}
+
+const view = { t: span[0], isPlaying: false, speed: usualSpeed(), last: 0, drag: null };
 
 // A scene that says of nothing where it is has plots, and no drawing.
 const stage = data.stage && new Stage(data.stage, usual.p);
@@ -106,7 +112,7 @@ function drawTraces(painter) {
 
 function drawAll() {
   const t = Math.min(view.t, motion.reached);
-  byId('clock').textContent = `t = ${t.toFixed(2)}`;
+  byId('clock').textContent = `t = ${settings.until < 1e4 && settings.until >= 1 ? t.toFixed(2) : shortly(t)}`;
   byId('time').value = t;
   if (stage) drawSystem(t);
 }

@@ -7,11 +7,11 @@ print; :mod:`.displaced` draws shapes of modes. Read :mod:`.sketch` first.
 """
 
 __all__ = [
-    "composition",
     "configurations",
     "displaced",
     "findings",
     "guides",
+    "links",
     "sketch",
     "svg",
     "tikz",

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from lagrange_cli.pictures.sketch import labels, shapes
-from lagrange_cli.pictures.sketch.configurations import Configurations, configurations
+from lagrange_cli.pictures.sketch.configurations import Configurations
 from lagrange_cli.pictures.sketch.findings import Angle, Findings, Link
-from lagrange_cli.pictures.sketch.guides import Frame, Guide, frame_of, guides
+from lagrange_cli.pictures.sketch.guides import Frame, Guide, frame_of
 from lagrange_cli.pictures.sketch.labels import Placer, half_size
-from lagrange_cli.pictures.sketch.links import findings
+from lagrange_cli.pictures.sketch.links import parts_of
 from lagrange_cli.pictures.sketch.sketch import (
     Caption,
     Dot,
@@ -24,8 +24,8 @@ from lagrange_cli.pictures.sketch.sketch import (
     Stroke,
     StrokeKind,
 )
-from lagrange_cli.pictures.sketch.view import View, gravity, view_of
-from lagrange_cli.pictures.sketch.wheels import Wheel, find_wheels
+from lagrange_cli.pictures.sketch.view import View
+from lagrange_cli.pictures.sketch.wheels import Wheel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -62,45 +62,6 @@ def sketch_of(equations: Equations) -> Sketch:
     known.links[:] = [_demoted(link, on_curves) for link in known.links]
     frame = frame_of(known)
     return _Drawing(known, parts.view, frame, parts.curves, parts.down, parts.wheels).sketch()
-
-
-@dataclass(frozen=True)
-class Parts:
-    """What was found of a system.
-
-    Attributes
-    ----------
-    known
-        Bodies, links and angles.
-    view
-        How it is seen.
-    curves, wheels
-        Curves that hold particles, and bodies that roll.
-    down
-        The acceleration of gravity, None without it.
-    """
-
-    known: Findings
-    view: View
-    curves: list[Guide]
-    wheels: list[Wheel]
-    down: Array | None
-
-
-def parts_of(equations: Equations) -> Parts:
-    """Find the parts of a system.
-
-    Raises
-    ------
-    InputError
-        As :func:`sketch_of`.
-    """
-    known = findings(configurations(equations))
-    down = gravity(known.configurations)
-    wheels = find_wheels(known.configurations, down)
-    rims = [wheel.rim(known.places[0, wheel.particle], _ROUND) for wheel in wheels]
-    view = view_of(known.configurations, down, *rims)
-    return Parts(known, view, guides(known, view, frame_of(known)), wheels, down)
 
 
 def _demoted(link: Link, on_curves: set[int]) -> Link:

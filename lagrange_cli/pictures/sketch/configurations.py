@@ -173,9 +173,9 @@ class Configurations:
         """Return positions, shape (bodies, 3); raises DomainError as :class:`Function` does."""
         return self._places.at(q, t, values)
 
-    def drawn(self, q: Array) -> Array:
-        """Return positions at the time of the start; raises InputError as :class:`Places` does."""
-        return self._places.drawn(q, float(self.times[0]))
+    def drawn(self, q: Array, t: float) -> Array:
+        """Return positions; raises InputError as :class:`Places` does."""
+        return self._places.drawn(q, t)
 
     def slopes(self, number: int) -> Array:
         """Return ∂r/∂q of all bodies by one coordinate, shape (K, bodies, 3)."""

@@ -96,20 +96,20 @@ class RestingSketch:
     def __init__(self, equations: Equations, rest_place: Array) -> None:
         self._around, self._rest = configurations(equations), rest_place
         self._time = float(self._around.times[0])
-        self._known = known = findings(self._with([rest_place]))
+        self._known = known = findings(self._with([rest_place], [self._time]))
         down = gravity(known.configurations)
         self._wheels = find_wheels(known.configurations, down)
         self._view = view_of(known.configurations, down)
         self._guides = guides(known, self._view, frame_of(known))
 
-    def _with(self, shown: Sequence[Array]) -> Configurations:
+    def _with(self, shown: Sequence[Array], times: Sequence[float]) -> Configurations:
         """Return configurations that begin with some, those near the start behind them."""
         around = self._around
-        places = [around.drawn(q) for q in shown]
+        places = [around.drawn(q, float(t)) for q, t in zip(shown, times, strict=True)]
         return replace(
             around,
             q=np.concatenate([shown, around.q]),
-            times=np.concatenate([np.full(len(shown), self._time), around.times]),
+            times=np.concatenate([times, around.times]),
             places=np.concatenate([places, around.places]),
         )
 
@@ -117,7 +117,8 @@ class RestingSketch:
         """Return how far the fastest particle moves for a unit of a displacement, over the extent
         of the system."""
         step = 1e-4 / max(1e-300, float(np.abs(direction).max()))
-        places = [self._around.drawn(self._rest + part * step * direction) for part in (-1, 0, 1)]
+        near = (self._rest + part * step * direction for part in (-1, 0, 1))
+        places = [self._around.drawn(q, self._time) for q in near]
         across = np.linalg.norm(places[2] - places[0], axis=1)[: self._around.particles]
         return float(across.max()) / (2 * step) / size_of(places[1])
 
@@ -125,9 +126,26 @@ class RestingSketch:
         """Draw it at rest and at other configurations, each of shape (n,), which are moved onto
         the constraints."""
         shown = [self._rest, *(feasible_near(self._around, q) for q in moved)]
-        drawing = _Drawing(self._findings(shown), self._view, self._wheels, len(shown))
-        states = [drawing.at_configuration(k) for k in range(len(shown))]
-        still = drawing.still(self._guides)
+        known = self._findings(shown, [self._time] * len(shown))
+        return self._drawn(known, self._guides, len(shown), 1)
+
+    def followed(self, q: Array, times: Array) -> DisplacedSketch:
+        """Draw it at rest and along a motion, at coordinates of shape (T, n) and times (T,).
+
+        Curves go as far as the motion does.
+        """
+        count = 1 + len(q)
+        known = self._findings([self._rest, *q], [self._time, *times])
+        curves = guides(known, self._view, frame_of(known, count))
+        return self._drawn(known, curves, count, count)
+
+    def _drawn(
+        self, known: Findings, curves: Sequence[Guide], count: int, fitted: int
+    ) -> DisplacedSketch:
+        """Draw the first configurations, the first ``fitted`` of them as large as a picture is."""
+        drawing = _Drawing(known, self._view, self._wheels, count, fitted)
+        states = [drawing.at_configuration(k) for k in range(count)]
+        still = drawing.still(curves)
         return DisplacedSketch(states[0], still, tuple(states[1:]), drawing.is_line)
 
     @property
@@ -139,9 +157,9 @@ class RestingSketch:
         size = size_of(places[: self._known.declared])
         return min((x / size for x in lengths if x > 1e-6 * size), default=1.0)
 
-    def _findings(self, shown: Sequence[Array]) -> Findings:
+    def _findings(self, shown: Sequence[Array], times: Sequence[float]) -> Findings:
         """Return the links with all bodies at these configurations."""
-        known, together = self._known, self._with(shown)
+        known, together = self._known, self._with(shown, times)
         added = range(known.declared, len(known.names))
         if not all(known.is_fixed(body) for body in added):
             return findings(together)  # a pivot moves, whose place no expression gives
@@ -153,9 +171,12 @@ class RestingSketch:
 class _Drawing:
     """Draws the configurations in one view and one scale."""
 
-    def __init__(self, known: Findings, view: View, wheels: list[Wheel], count: int) -> None:
+    def __init__(
+        self, known: Findings, view: View, wheels: list[Wheel], count: int, fitted: int
+    ) -> None:
         self.known, self.view, self.wheels, self.count = known, view, wheels, count
-        place, flat = view.project(known.places[0]), view.project(known.places[:count])
+        flat = view.project(known.places[:count])
+        place = flat[:fitted].reshape(-1, 2)
         extent = float(np.ptp(place, axis=0).max())
         self.middle = (place.min(axis=0) + place.max(axis=0)) / 2
         self.scale = _EXTENT / (extent or frame_of(known).size)
@@ -221,8 +242,20 @@ class _Drawing:
             strokes.append(("curve", self.at(guide.curve.points)))
         for wheel in self.wheels:
             if wheel.ground is not None:
-                strokes.append(("ground", self.at(wheel.ground)))
+                strokes.append(("ground", self.at(self._reached(wheel))))
         return tuple(strokes)
+
+    def _reached(self, wheel: Wheel) -> Array:
+        """Return the ground of a wheel, a straight one as far as the wheel goes."""
+        assert wheel.ground is not None
+        if len(wheel.ground) > 2:
+            return wheel.ground
+        gone = (
+            self.known.places[: self.count, wheel.particle] - self.known.places[0, wheel.particle]
+        )
+        ways = gone @ wheel.towards
+        first, last = wheel.ground
+        return np.array([first + ways.min() * wheel.towards, last + ways.max() * wheel.towards])
 
     def _hangs(self, body: int) -> bool:
         """Tell whether what a pivot holds is below it."""

@@ -78,9 +78,10 @@ class Frame:
         return self.low - part * self.size, self.high + part * self.size
 
 
-def frame_of(known: Findings) -> Frame:
-    """Find a box around the bodies, and around the origin where they are at one place."""
-    places = known.places[0]
+def frame_of(known: Findings, count: int = 1) -> Frame:
+    """Find a box around the bodies in the first configurations, and around the origin where they
+    are at one place."""
+    places = known.places[:count].reshape(-1, 3)
     extent = float(np.ptp(places, axis=0).max())
     far = float(np.abs(places).max())
     if extent < 1e-9 * far:

@@ -1,4 +1,4 @@
-"""Rods, springs and dampers of a picture.
+"""Rods, springs and dampers of a picture, and all parts that it shows.
 
 Links are stated by helpers, or hold at all of some feasible configurations: a distance that is the
 same, a potential that is that of a spring. What holds at the start alone is not found.
@@ -7,6 +7,7 @@ same, a potential that is that of a spring. What holds at the start alone is not
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -14,13 +15,16 @@ import numpy as np
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.pictures.sketch.angles import find_angles
-from lagrange_cli.pictures.sketch.configurations import Function
+from lagrange_cli.pictures.sketch.configurations import Configurations, Function, configurations
 from lagrange_cli.pictures.sketch.findings import MOST_SOUGHT, MOVES, SAME, Findings, Link
+from lagrange_cli.pictures.sketch.guides import Guide, frame_of, guides
+from lagrange_cli.pictures.sketch.view import View, gravity, view_of
+from lagrange_cli.pictures.sketch.wheels import Wheel, find_wheels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.pictures.sketch.configurations import Configurations
+    from lagrange_cli.mechanics.equations import Equations
 
     Array: TypeAlias = NDArray[np.float64]
 
@@ -255,3 +259,45 @@ def _is_spring(values: Array, distances: Array) -> bool:
     exact = np.abs(columns @ fit - values).max() <= 1e-8 * spread
     stiff = fit[0] * np.ptp(d) ** 2 > 1e-4 * spread
     return bool(rank == 3 and exact and stiff and fit[1] <= MOVES * fit[0])
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of a system that a picture shows.
+
+    Attributes
+    ----------
+    known
+        Bodies, links and angles.
+    view
+        How it is seen.
+    curves, wheels
+        Curves that hold particles, and bodies that roll.
+    down
+        The acceleration of gravity, None without it.
+    """
+
+    known: Findings
+    view: View
+    curves: list[Guide]
+    wheels: list[Wheel]
+    down: Array | None
+
+
+def parts_of(equations: Equations) -> Parts:
+    """Find the parts of a system.
+
+    Raises
+    ------
+    InputError
+        There are no particles, too many bodies, or no configuration that could be drawn.
+    """
+    known = findings(configurations(equations))
+    down = gravity(known.configurations)
+    wheels = find_wheels(known.configurations, down)
+    rims = [
+        wheel.rim(known.places[0, wheel.particle], np.linspace(0, 2 * np.pi, 73))
+        for wheel in wheels
+    ]
+    view = view_of(known.configurations, down, *rims)
+    return Parts(known, view, guides(known, view, frame_of(known)), wheels, down)

@@ -1,0 +1,119 @@
+"""Films of motions: places by formulas of the test, files that can be read."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from lagrange_cli import load
+from lagrange_cli.errors import InputError
+from lagrange_cli.pictures.moving import animated, motion_pictures
+from tests.cli.terminal import lagrange, succeed
+from tests.systems.shipped import SYSTEMS
+
+PENDULUM = str(SYSTEMS / "pendulums" / "pendulum.yaml")
+
+
+@pytest.fixture(scope="module")
+def swing():
+    derivation = load(PENDULUM).derive()
+    return derivation.equations, derivation.simulate(until=2.0)
+
+
+def test_frames_show_the_motion(swing):
+    """Each frame has the bob at its angle from the pivot, on a rod of one length."""
+    equations, trajectory = swing
+    pictures = motion_pictures(equations, trajectory)
+    (panel,) = pictures.panels
+    assert pictures.seconds == 2.0
+    assert pictures.frames == 50
+    rods = np.array([dict(drawn.strokes)["rod"] for drawn in panel.sketch.moved])
+    along = rods[:, 1] - rods[:, 0]
+    times = np.arange(50) * 0.04
+    angles = np.interp(times, trajectory.t, trajectory.columns["theta"])
+    np.testing.assert_allclose(np.arctan2(along[:, 0], -along[:, 1]), angles, atol=2e-3)
+    np.testing.assert_allclose(np.linalg.norm(along, axis=1), np.linalg.norm(along[0]), rtol=1e-9)
+
+
+def test_curves_go_as_far_as_the_motion():
+    """The floor lies below the whole path of the ball, the slope below that of the wheel."""
+    for place, kind in (
+        ("contact/bouncing_ball", "curve"),
+        ("rolling/wheel_down_incline", "ground"),
+    ):
+        derivation = load(SYSTEMS / f"{place}.yaml").derive()
+        (panel,) = motion_pictures(derivation.equations, derivation.simulate()).panels
+        x = np.concatenate([drawn.bodies[:, 0] for drawn in panel.sketch.moved])
+        lines = np.concatenate([line[:, 0] for k, line in panel.sketch.still if k == kind])
+        assert lines.min() <= x.min()
+        assert lines.max() >= x.max()
+
+
+@pytest.mark.parametrize(("speed", "seconds"), [(None, 2.0), (4.0, 0.5), (0.1, 20.0)])
+def test_a_speed_makes_a_film_shorter_or_longer(swing, speed, seconds):
+    assert motion_pictures(*swing, speed).seconds == pytest.approx(seconds)
+
+
+def test_a_motion_of_months_lasts_ten_seconds():
+    derivation = load(SYSTEMS / "celestial" / "kepler.yaml").derive()
+    assert motion_pictures(derivation.equations, derivation.simulate()).seconds == 10.0
+
+
+@pytest.mark.parametrize(("speed", "says"), [(0.0, "positive"), (1e-6, "more than an hour")])
+def test_an_impossible_speed_is_refused(swing, speed, says):
+    with pytest.raises(InputError, match=says):
+        motion_pictures(*swing, speed)
+
+
+def test_a_film_is_an_svg_a_gif_or_an_mp4(swing, tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    pictures = motion_pictures(*swing, 4.0)
+    text = animated(pictures, "svg").decode()
+    assert ET.fromstring(text).tag.endswith("svg")
+    assert "script" not in text
+    assert image.open(io.BytesIO(animated(pictures, "gif"))).n_frames == pictures.frames
+    if shutil.which("ffmpeg") is None:
+        with pytest.raises(InputError, match="needs ffmpeg"):
+            animated(pictures, "mp4")
+        return
+    (tmp_path / "film.mp4").write_bytes(animated(pictures, "mp4"))
+    asked = [
+        "-v",
+        "error",
+        "-count_frames",
+        "-show_entries",
+        "stream=nb_read_frames",
+        "-of",
+        "csv=p=0",
+    ]
+    read = ["ffprobe", *asked, str(tmp_path / "film.mp4")]
+    done = subprocess.run(read, capture_output=True, text=True, check=True)
+    assert int(done.stdout.strip().rstrip(",")) == pictures.frames
+
+
+def test_the_command_writes_a_film(tmp_path):
+    film, page = tmp_path / "film.svg", tmp_path / "page.html"
+    succeed("simulate", PENDULUM, "--until", "1", "--animate", str(film), "--speed", "2")
+    assert "0.5s" in film.read_text()
+    succeed("simulate", PENDULUM, "--animate", str(page))
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--animate", "a.png"), "does not end in .svg or .gif or .mp4 or .html"),
+        (("--speed", "2"), "--speed needs --animate FILE"),
+        (("--animate", "a.svg", "--vary", "l=[1,2]"), "--animate shows one motion"),
+        (("--animate", "a.svg", "--section", "theta=0"), "--animate shows one motion"),
+    ],
+)
+def test_what_is_no_film_is_refused(words, says, tmp_path):
+    done = lagrange("simulate", PENDULUM, *words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert says in done.stderr
