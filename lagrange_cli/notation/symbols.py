@@ -229,6 +229,10 @@ def split_name(name: str) -> NameParts:
     """Split ``theta1``, ``x_bob``, ``x[1,2]``, ``lambda(rod)`` into base and subscripts."""
     multiplier = _MULTIPLIER.fullmatch(name)
     if multiplier:
+        words = multiplier[1].split("_")
+        if len(words) > 2 and all(len(word) > 1 and word.isalpha() for word in words):
+            # A constraint named by a phrase: its words are no indices, between which commas stand.
+            return NameParts("lambda", (" ".join(words),))
         inner = split_name(multiplier[1])
         return NameParts("lambda", (inner.base, *inner.subscripts))
     indexed = re.fullmatch(r"([^\[\]]+)\[([^\[\]]+)\]", name)

@@ -187,6 +187,8 @@ def test_names_of_multipliers():
         ("rod[1,2]", "λ_rod[1,2]", r"\lambda_{\mathrm{rod},1,2}"),
         ("mu", "λ_μ", r"\lambda_{\mu}"),
         ("left_rope", "λ_left_rope", r"\lambda_{\mathrm{left},\mathrm{rope}}"),
+        ("sun_and_planet", "λ_sun_and_planet", r"\lambda_{\text{sun and planet}}"),
+        ("rod_left_2", "λ_rod_left_2", r"\lambda_{\mathrm{rod},\mathrm{left},2}"),
     ):
         assert text_name(multiplier_name(constraint)) == text
         assert latex_name(multiplier_name(constraint)) == latex

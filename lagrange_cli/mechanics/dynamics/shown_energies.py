@@ -9,7 +9,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.arithmetic import monomial, plain_sum
 from lagrange_cli.mechanics.algebra.collect import Splitter, collected_terms
-from lagrange_cli.mechanics.algebra.energies import shortest_energy
+from lagrange_cli.mechanics.algebra.energies import by_parameters, shortest_energy
 from lagrange_cli.mechanics.algebra.factor import grouped_sum, tidy
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.rate_sums import RateSum, over_rate_sums
@@ -55,6 +55,7 @@ class ShownEnergies:
         self._splitter, self._rate_sums = splitter, rate_sums
         self._brackets = list(dict.fromkeys((*brackets, *(rate.whole for rate in rate_sums))))
         self._v = [c.v for c in reduced.coordinates]
+        self._constants = frozenset(reduced.names.parameters.values())
         #: Tidied potentials by their shapes; None for those that stay as they are.
         self._tidy: dict[Shape, Template | None] = {}
 
@@ -76,8 +77,7 @@ class ShownEnergies:
         return kinetic, self._shortest(plain_sum((*tidied, *self._terms.velocity_dependent)))
 
     def _shortest(self, energy: sp.Expr) -> sp.Expr:
-        constants = frozenset(self._reduced.names.parameters.values())
-        return shortest_energy(energy, self._v, self._splitter, constants, self._brackets)
+        return shortest_energy(energy, self._v, self._splitter, self._constants, self._brackets)
 
     def _particles(self) -> list[sp.Expr]:
         """Terms of the particles' kinetic energy."""
@@ -108,14 +108,16 @@ class ShownEnergies:
         return whole.xreplace({symbol: rate.whole for symbol, rate in sums.items()})
 
     def _quadratic_form(self) -> list[sp.Expr]:
-        """Terms of ½ Σ M q̇ q̇."""
+        """Terms of ½ Σ M q̇ q̇, those with the same parameters together."""
         terms = []
         for (j, k), entry in self._mass.items():
             number, factor = entry.as_coeff_Mul(rational=True)
             rates = [self._v[j] ** 2] if j == k else [self._v[j], self._v[k]]
             half = number / 2 if j == k else number
             terms.append(monomial(half, [*sp.Mul.make_args(factor), *rates]))
-        return terms
+        if len(terms) > _TERM_BUDGET:
+            return terms
+        return [*sp.Add.make_args(by_parameters(terms, self._constants, self._v))]
 
     def _tidied(self, potential: Element) -> sp.Expr:
         """A potential over coordinates, with a common factor in front; once for each shape."""

@@ -365,8 +365,10 @@ def _drawn(
 def _placed(
     elimination: Elimination, symbol: sp.Symbol, coordinates: Sequence[sp.Symbol]
 ) -> sp.Expr:
-    """Write r(q, t) of a raw symbol, with sums under roots collected."""
+    """Write r(q, t) of a raw symbol, with sums under roots collected and cos α tan α as sin α."""
     expr = elimination.solved.get(symbol, symbol)
+    if holds(expr, sp.tan):
+        expr = tidy(expr)
     powers = expr.atoms(sp.Pow) if holds(expr, sp.Pow) else ()
     if not any(p.exp.q != 1 and p.base.is_Add for p in powers if p.exp.is_Rational):
         return expr
