@@ -13,7 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.mechanics.free_symbols import is_unknown, name_and_order
+from lagrange_cli.mechanics.free_symbols import is_open, name_and_order
 from lagrange_cli.program.graph.derivatives import evaluated
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.value_graph import ValueGraph
@@ -128,7 +128,7 @@ class SampledValues:
 
 def _with_stand_ins(expression: sp.Expr) -> sp.Expr:
     """Substitute a smooth function for each unknown one."""
-    unknown = [e for e in sp.preorder_traversal(expression) if is_unknown(e)]
+    unknown = [e for e in sp.preorder_traversal(expression) if is_open(e)]
     return expression.xreplace({e: _stand_in(e) for e in unknown}) if unknown else expression
 
 

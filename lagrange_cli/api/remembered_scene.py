@@ -122,7 +122,8 @@ class RememberedScene:
             announce(stage)
             known, inputs = derivation.equations.derivation, derivation.equations.system.inputs
             recorded = any(entry.recording is not None for entry in inputs)
-            lasting = not (reads_recordings and recorded)
+            tabulated = any(f.table is not None for f in derivation.equations.system.functions)
+            lasting = not (tabulated or (reads_recordings and recorded))
             return Answer(value_of(derivation), known.warnings, known.remarks, lasting)
 
         question = [*self.key, digits, *options]
@@ -323,14 +324,14 @@ class RememberedScene:
         )
 
     def recorded_files(self) -> list[str]:
-        """Return the paths of recorded inputs, whatever the start and the times are.
+        """Return the paths of recorded inputs and tables, whatever start and times are.
 
         Scenes name them by the key ``file``, perhaps escaped: others are not read for it.
         """
         if b"file" not in self.source.data and b"\\" not in self.source.data:
             return []
-        inputs = replace(self, initial={}, times={}).loaded().scene.inputs
-        return [entry.recording.path for entry in inputs if entry.recording is not None]
+        scene = replace(self, initial={}, times={}).loaded().scene
+        return [column.path for column in scene.columns]
 
 
 @dataclass(frozen=True)

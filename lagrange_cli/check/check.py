@@ -87,9 +87,8 @@ class ReportStore:
         recordings: list[bytes] = []
         if _NAMES_A_FILE.search(data):
             try:
-                inputs = read_text(data, file).inputs
-                named = [entry.recording for entry in inputs if entry.recording is not None]
-                recordings = [read_recorded_file(recording) for recording in named]
+                columns = read_text(data, file).columns
+                recordings = [read_recorded_file(column) for column in columns]
             except InputError:
                 return None
         return digest(self.question, file, data, *recordings)

@@ -24,7 +24,7 @@ from lagrange_cli.check.walk import name_of
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import (
     CarriedFile,
-    Recording,
+    FileColumn,
     carried_files,
     read_bytes,
     reading_carried,
@@ -156,7 +156,7 @@ class _SceneTask:
 
     path: str
     data: bytes
-    files: Mapping[Recording, CarriedFile]
+    files: Mapping[FileColumn, CarriedFile]
 
 
 @dataclass(frozen=True)
@@ -217,16 +217,16 @@ def _tasks(
         except InputError as error:
             refuse(SceneReport(path, "invalid", 0.0, error.problems))
             continue
-        yield _SceneTask(path, data, carried_files(_recordings(path, data, parameters)))
+        yield _SceneTask(path, data, carried_files(_columns(path, data, parameters)))
 
 
-def _recordings(path: str, data: bytes, parameters: Mapping[str, str] | None) -> list[Recording]:
-    """Return the recorded inputs of a scene; none of one that cannot be read."""
+def _columns(path: str, data: bytes, parameters: Mapping[str, str] | None) -> list[FileColumn]:
+    """Return the columns of files that a scene names; none of one that cannot be read."""
     try:
         scene = read_text(data, name_of(path), parameters=parameters)
     except InputError:
         return []
-    return [entry.recording for entry in scene.inputs if entry.recording is not None]
+    return list(scene.columns)
 
 
 def _lost(task: _SceneTask) -> SceneReport:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lagrange_cli.files.recordings import (
         INTERPOLATIONS,
         CarriedFile,
+        FileColumn,
         Interpolation,
         Recorded,
         Recording,
@@ -39,15 +40,25 @@ if TYPE_CHECKING:
         read_recording,
         reading_carried,
     )
+    from lagrange_cli.files.tables import (
+        Outside,
+        Table,
+        TableInterpolation,
+        read_table,
+    )
 
 __all__ = [
     "INTERPOLATIONS",
     "MAX_BYTES",
     "CarriedFile",
+    "FileColumn",
     "Interpolation",
     "Named",
+    "Outside",
     "Recorded",
     "Recording",
+    "Table",
+    "TableInterpolation",
     "can_encode",
     "cannot_write",
     "carried_files",
@@ -60,6 +71,7 @@ __all__ = [
     "read_bytes",
     "read_recorded_file",
     "read_recording",
+    "read_table",
     "reading_carried",
     "remove_abandoned_files",
     "remove_abandoned_folders",
@@ -74,9 +86,12 @@ __all__ = [
     "write_files",
 ]
 
+_TABLES = ("Outside", "Table", "TableInterpolation", "read_table")
+
 _RECORDINGS = (
     "INTERPOLATIONS",
     "CarriedFile",
+    "FileColumn",
     "Interpolation",
     "Recorded",
     "Recording",
@@ -88,7 +103,8 @@ _RECORDINGS = (
 
 
 def __getattr__(name: str) -> Any:
-    """Import what reads recordings when it is used: few scenes have any."""
-    if name not in _RECORDINGS:
+    """Import what reads recordings and tables when it is used: few scenes have any."""
+    room = "tables" if name in _TABLES else "recordings" if name in _RECORDINGS else None
+    if room is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.recordings"), name)
+    return getattr(import_module(f"{__name__}.{room}"), name)

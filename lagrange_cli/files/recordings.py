@@ -43,8 +43,8 @@ _MOST_COMPARED = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
-    """A recorded input as a scene declares it: a column of a file, and its interpolation.
+class FileColumn:
+    """A column of a CSV file that a scene names.
 
     Attributes
     ----------
@@ -54,8 +54,6 @@ class Recording:
         The scene's folder.
     column
         Heading of the column with the values.
-    interpolation
-        The interpolation between two rows.
     mark, column_mark
         Places of ``file`` and ``column`` in the scene.
     """
@@ -63,14 +61,8 @@ class Recording:
     file: str
     folder: str
     column: str
-    interpolation: Interpolation
     mark: Mark
     column_mark: Mark
-
-    @property
-    def described(self) -> str:
-        """Description of column, file and interpolation in words."""
-        return f"column {self.column} of {self.file}, {_BETWEEN[self.interpolation]}"
 
     @property
     def path(self) -> str:
@@ -88,6 +80,24 @@ class Recording:
         except OSError:
             return ()
         return status.st_mtime_ns, status.st_size, status.st_ino
+
+
+@dataclass(frozen=True, slots=True)
+class Recording(FileColumn):
+    """A recorded input as a scene declares it: a column of a file, and its interpolation.
+
+    Attributes
+    ----------
+    interpolation
+        The interpolation between two rows.
+    """
+
+    interpolation: Interpolation
+
+    @property
+    def described(self) -> str:
+        """Description of column, file and interpolation in words."""
+        return f"column {self.column} of {self.file}, {_BETWEEN[self.interpolation]}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +130,13 @@ class CarriedFile:
 
 
 #: Contents that stand for the files of recordings in this context; None to read files.
-_carried: ContextVar[Mapping[Recording, CarriedFile] | None] = ContextVar("carried", default=None)
+_carried: ContextVar[Mapping[FileColumn, CarriedFile] | None] = ContextVar("carried", default=None)
 
 
-def carried_files(recordings: Iterable[Recording]) -> dict[Recording, CarriedFile]:
+def carried_files(columns: Iterable[FileColumn]) -> dict[FileColumn, CarriedFile]:
     """Read the files of recordings, or find why they cannot be read, to carry them elsewhere."""
-    files: dict[Recording, CarriedFile] = {}
-    for recording in recordings:
+    files: dict[FileColumn, CarriedFile] = {}
+    for recording in columns:
         try:
             files[recording] = CarriedFile(read_recorded_file(recording))
         except InputError as refusal:
@@ -135,7 +145,7 @@ def carried_files(recordings: Iterable[Recording]) -> dict[Recording, CarriedFil
 
 
 @contextmanager
-def reading_carried(files: Mapping[Recording, CarriedFile]) -> Iterator[None]:
+def reading_carried(files: Mapping[FileColumn, CarriedFile]) -> Iterator[None]:
     """Read no recordings from this machine's folders but these contents of them."""
     token = _carried.set(files)
     try:
@@ -175,7 +185,7 @@ def read_recording(recording: Recording) -> Recorded:
     return Recorded(tuple(times), tuple(values))
 
 
-def read_recorded_file(recording: Recording) -> bytes:
+def read_recorded_file(recording: FileColumn) -> bytes:
     """Read the file of a recording; refuses it as :func:`read_recording`, but for its rows."""
     carried = _carried.get()
     if carried is not None:
@@ -183,7 +193,7 @@ def read_recorded_file(recording: Recording) -> bytes:
     return read_regular(_inside(recording), recording.mark, "a recording")
 
 
-def _content(carried: Mapping[Recording, CarriedFile], recording: Recording) -> bytes:
+def _content(carried: Mapping[FileColumn, CarriedFile], recording: FileColumn) -> bytes:
     """Return what was carried of a file; refuses it as where it was read."""
     if recording not in carried:
         raise _in_scene(f"'{recording.file}' was not sent along with the scene", recording.mark)
@@ -193,7 +203,7 @@ def _content(carried: Mapping[Recording, CarriedFile], recording: Recording) -> 
     return file.content
 
 
-def _inside(recording: Recording) -> str:
+def _inside(recording: FileColumn) -> str:
     """Return the file's real path.
 
     Raises

@@ -17,6 +17,7 @@ from mpmath import mpf
 from sympy.core.function import AppliedUndef
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.tabulated import Tabulated
 from lagrange_cli.scene.model import DeclaredFunction
 
 #: Sines that stand for an unknown function where numbers are needed.
@@ -73,12 +74,26 @@ def unknown_function(name: str, argument: sp.Expr) -> sp.Expr:
 
 
 def is_unknown(expression: sp.Basic) -> bool:
-    """Tell whether an expression is an unknown function of something."""
+    """Tell whether an expression is an unknown function of something, or one of a table."""
+    return isinstance(expression, (AppliedUndef, Tabulated))
+
+
+def is_open(expression: sp.Basic) -> bool:
+    """Tell whether an expression is a function of which no values are known."""
     return isinstance(expression, AppliedUndef)
 
 
 def name_and_order(expression: sp.Expr) -> tuple[str, int]:
-    """Return the name of an unknown function and the number of its derivatives."""
+    """Return the name of an unknown function and the number of its derivatives.
+
+    Slopes of a table of two arguments have the numbers of these behind its name.
+    """
+    if isinstance(expression, Tabulated):
+        orders, name = expression.orders, expression.token.name
+        if len(orders) == 1:
+            return name, orders[0]
+        numbers = "".join(str(k) * n for k, n in enumerate(orders, 1))
+        return f"{name}_{numbers}" if numbers else name, 0
     name = expression.func.__name__.rstrip("'")
     return name, len(expression.func.__name__) - len(name)
 
@@ -88,8 +103,18 @@ def unknown_names(expression: sp.Expr) -> frozenset[str]:
     return frozenset(name_and_order(f)[0] for f in expression.atoms(AppliedUndef))
 
 
-def unknown_slope(expression: sp.Expr) -> sp.Expr:
-    """Differentiate an unknown function by its argument."""
+def arguments_of(expression: sp.Expr) -> tuple[sp.Expr, ...]:
+    """Return what an unknown function, or one of a table, is applied to."""
+    if isinstance(expression, Tabulated):
+        return expression.arguments
+    arguments: tuple[sp.Expr, ...] = expression.args
+    return arguments
+
+
+def unknown_slope(expression: sp.Expr, number: int = 0) -> sp.Expr:
+    """Differentiate an unknown function, or one of a table, by an argument."""
+    if isinstance(expression, Tabulated):
+        return expression.slope(number)
     return unknown_function(f"{expression.func.__name__}'", expression.args[0])
 
 
@@ -102,7 +127,7 @@ def require_given(functions: Iterable[DeclaredFunction]) -> None:
         At the first of them.
     """
     for function in functions:
-        if function.expression is None:
+        if function.is_unknown:
             name, argument = function.name, function.argument
             raise InputError(
                 Problem(

@@ -59,7 +59,10 @@ def expression_of(equations: Equations, written: WrittenText, start: int, end: i
     InputError
         Located: the text is no expression.
     """
-    mark, functions = written.mark(start, end), {f.name for f in equations.system.functions}
+    mark, functions = (
+        written.mark(start, end),
+        {f.name: f.arity for f in equations.system.functions},
+    )
     parsed = parse_expression(written.text[start:end].strip(), mark, functions=functions)
     return written_expression(parsed, dict(equations.presentation.sizes), Budget())
 

@@ -57,8 +57,8 @@ def stored_derivation(
 
         return derive(scene, digits=digits, forces=forces, formulation=formulation, steps=steps)
 
-    if cache is None or any(entry.recording is not None for entry in scene.inputs):
-        return derived()  # The content of a recording is in no key.
+    if cache is None or scene.columns:
+        return derived()  # The content of a file is in no key.
     values = [sorted(texts.items()) for texts in (text.parameters, text.initial, text.times)]
     question = json.dumps([digits, forces, formulation, steps, *values])
     key = digest("equations", fingerprint(), question, text.file, text.data)

@@ -16,7 +16,7 @@ import sympy
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.factor import holds_powers
-from lagrange_cli.mechanics.free_symbols import is_unknown, name_and_order
+from lagrange_cli.mechanics.free_symbols import arguments_of, is_unknown, name_and_order
 from lagrange_cli.mechanics.kinks import Cases
 from lagrange_cli.mechanics.symbols.convert import (
     EVEN_FUNCTIONS,
@@ -393,7 +393,7 @@ def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
         return _product((sympy.Pow(base, -1, evaluate=False),), words)
     if is_unknown(expression):
         function, order = name_and_order(expression)
-        arguments = tuple(_whole(a, words) for a in expression.args)
+        arguments = tuple(_whole(a, words) for a in arguments_of(expression))
         latex = words.functions.get(function)
         return SignedNode(False, ordering.call_of(function, arguments, order, latex))
     name = FUNCTION_NAMES.get(type(expression))

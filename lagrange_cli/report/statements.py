@@ -59,7 +59,7 @@ class Statement:
 
 def statement_of(text: str, equations: Equations, words: Vocabulary) -> Statement | None:
     """Return an equation or inequality of the scene as trees; None if it stays as written."""
-    functions = frozenset(f.name for f in equations.system.functions)
+    functions = {f.name: f.arity for f in equations.system.functions}
     names = {n.name: n for n in words.atoms.values() if n.order == 0}
     try:
         parsed = parse_equation(text, Mark("", 1, 1), relations=_RELATIONS, functions=functions)

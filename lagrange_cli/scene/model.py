@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from lagrange_cli.errors import Mark, Problem
-from lagrange_cli.files import Recording
+from lagrange_cli.files import FileColumn, Recording, Table
 from lagrange_cli.scene.conditions import Expect, InitialValue, WrittenDefaults
 from lagrange_cli.scene.language.expression import Equation, Expression
 
@@ -260,18 +260,18 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class DeclaredFunction:
-    """A function of one argument that is not known, or that is given.
+    """A function that is not known, or given, or a table.
 
     Attributes
     ----------
-    name, mark
-        Its name and its place.
-    argument, argument_mark
-        Name of its argument, and the place of that name.
+    name, mark, argument, argument_mark
+        Its name, and the text of its argument, each with its place.
     expression
-        Its value for that argument; None if it is not known.
+        Its value for that argument; None if it is not known, or a table.
     latex
         Text that it prints as; None for that of its name.
+    table, over
+        Its points, and arguments that it is meant for; None and empty if it is no table.
     """
 
     name: str
@@ -280,6 +280,16 @@ class DeclaredFunction:
     argument_mark: Mark
     expression: Expression | None = None
     latex: str | None = None
+    table: Table | None = None
+    over: tuple[Expression, ...] = ()
+
+    @property
+    def arity(self) -> int:
+        return max(1, len(self.over))
+
+    @property
+    def is_unknown(self) -> bool:
+        return self.expression is None and self.table is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -412,6 +422,12 @@ class Scene:
     simulate: WrittenDefaults = field(default_factory=WrittenDefaults)
     expect: Expect = field(default_factory=Expect)
     warnings: tuple[Problem, ...] = ()
+
+    @property
+    def columns(self) -> tuple[FileColumn, ...]:
+        """Columns of files that it names: of recorded inputs, then of tables."""
+        tables = (f.table.source for f in self.functions if f.table)
+        return (*(u.recording for u in self.inputs if u.recording), *tables)
 
     def expressions(self) -> Iterator[Expression]:
         """Yield the expressions that equations are derived from, in a fixed order of sections.

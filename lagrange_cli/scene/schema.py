@@ -95,10 +95,22 @@ _INPUT = _either(
 _FUNCTION = _either(
     _text("Name of its argument"),
     _mapping(
-        "A function of one argument",
+        "A function of one argument, or a table",
         {
-            "of": _text("Name of its argument"),
+            "of": _either(
+                _expression("Its argument"), _list_of(_expression("An argument"), "Two arguments")
+            ),
             "equals": _expression("Its value over the argument and parameters"),
+            "file": _text("The file of a table, in the folder of the scene or below"),
+            "column": _text("Name of the column with its values"),
+            "interpolation": {
+                "enum": ["monotone", "linear", "cubic"],
+                "description": "Its values between two rows; monotone by default",
+            },
+            "outside": {
+                "enum": ["end", "hold", "extend"],
+                "description": "Its values beyond the outermost rows; by default the run ends",
+            },
             "latex": _LATEX,
         },
         ["of"],
@@ -306,7 +318,7 @@ SECTIONS: dict[str, Schema] = {
         _named(_INPUT, "Functions of time that drive the system"),
         _list_of(_text("A name"), "Inputs that emitted code is given"),
     ),
-    "functions": _named(_FUNCTION, "Functions of one argument, unknown or given"),
+    "functions": _named(_FUNCTION, "Functions of one argument, unknown or given, and tables"),
     "particles": _named(_PARTICLE, "Point masses"),
     "points": _named(_POINT, "Positions without mass"),
     "plane": {"enum": ["xy", "xz", "yz"], "description": "Every particle stays in this plane"},

@@ -12,7 +12,7 @@ from lagrange_cli.files import Recording, carried_files, read_recording, reading
 
 def recording(folder, file="f.csv"):
     place = Mark("scene.yaml", 1, 1)
-    return Recording(file, str(folder), "F", "linear", place, place)
+    return Recording(file, str(folder), "F", place, place, "linear")
 
 
 def test_contents_are_those_of_when_they_were_read(tmp_path):

@@ -14,7 +14,7 @@ COLUMN = Mark("scene.yaml", 2, 35, "inputs: {a: {file: a.csv, column: a}}", 1)
 
 
 def recording(folder, column="a", interpolation="linear", file="a.csv"):
-    return Recording(file, str(folder), column, interpolation, AT, COLUMN)
+    return Recording(file, str(folder), column, AT, COLUMN, interpolation)
 
 
 def read(folder, content, **given):

@@ -23,7 +23,12 @@ EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
 
 
 @pytest.mark.parametrize("text", EXAMPLES)
-def test_examples_are_read_without_warnings(text: str) -> None:
+def test_examples_are_read_without_warnings(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Tables are read with their scene, in the working folder.
+    (tmp_path / "torque.csv").write_text("speed,torque\n0,80\n300,190\n600,0\n")
+    monkeypatch.chdir(tmp_path)
     assert read_text(text).warnings == ()
 
 

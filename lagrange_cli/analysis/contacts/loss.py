@@ -21,7 +21,7 @@ from lagrange_cli.analysis.contacts.relations import Surface, TooLongError, redu
 from lagrange_cli.analysis.contacts.zeros import Zero, collected, with_angle, zeros
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.mechanics.free_symbols import is_unknown
+from lagrange_cli.mechanics.free_symbols import is_open
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.sparse import entries
@@ -151,7 +151,7 @@ def _refused(message: Phrase) -> InputError:
 
 def _is_open(expression: sp.Expr) -> bool:
     """Tell if an expression holds an unknown function."""
-    return any(is_unknown(part) for part in sp.preorder_traversal(expression))
+    return any(is_open(part) for part in sp.preorder_traversal(expression))
 
 
 @dataclass

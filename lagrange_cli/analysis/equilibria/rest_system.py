@@ -19,7 +19,7 @@ from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions, exact
 from lagrange_cli.analysis.values import DIGITS, Mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.free_symbols import is_unknown, require_given
+from lagrange_cli.mechanics.free_symbols import is_open, require_given
 from lagrange_cli.mechanics.kinks import JUMPING, KINKED, sides_of, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
@@ -346,7 +346,7 @@ def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> N
     for closure in equations.system.closures:
         others += [*entries(closure.gradient).values(), closure.expression]
     everything = [*at_rest, *equations.system.forcing, *others]
-    if any(any(map(is_unknown, e.atoms(sp.Function))) for e in everything):
+    if any(any(map(is_open, e.atoms(sp.Function))) for e in everything):
         raise InputError(Problem(Phrase("a function is not given"), rule="unknown-function"))
     timed = [e for e in everything if equations.system.t in e.free_symbols]
     if not all(does_not_depend(e, equations.system.t) for e in timed):

@@ -14,7 +14,12 @@ from typing import Any
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
-from lagrange_cli.mechanics.free_symbols import is_unknown, symbols_in, unknown_slope
+from lagrange_cli.mechanics.free_symbols import (
+    arguments_of,
+    is_unknown,
+    symbols_in,
+    unknown_slope,
+)
 from lagrange_cli.mechanics.kinks import Cases
 
 _ZERO = sp.Integer(0)
@@ -73,10 +78,11 @@ def derivative(expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
         return _SLOPES[expr.func](expr.args[0]) * derivative(expr.args[0], symbol)
     if isinstance(expr, Cases):
         value, side, strict, otherwise = expr.args
-        slopes = (sp.factor_terms(derivative(e, symbol)) for e in (value, otherwise))
-        return Cases(next(slopes), side, strict, next(slopes))
+        above, below = (sp.factor_terms(derivative(e, symbol)) for e in (value, otherwise))
+        return Cases(above, side, strict, below)
     if is_unknown(expr):
-        return unknown_slope(expr) * derivative(expr.args[0], symbol)
+        slopes = [derivative(a, symbol) for a in arguments_of(expr)]
+        return sp.Add(*(unknown_slope(expr, k) * s for k, s in enumerate(slopes) if s != 0))
     return _general_derivative(expr, symbol)
 
 

@@ -82,7 +82,7 @@ def initial_state(derivation: HasMassMatrix) -> InitialState | None:
         return None
     if any(p.name not in reduced.values.exact for p in reduced.scene.parameters):
         return None
-    if any(f.expression is None for f in reduced.scene.functions):
+    if any(f.is_unknown for f in reduced.scene.functions):
         return None  # the stand-in for an unknown function has no meaningful values
     state = _solved(derivation, _DIGITS)
     if _hardly(state.positions) or _hardly(state.velocities):

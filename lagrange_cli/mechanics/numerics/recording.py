@@ -16,6 +16,10 @@ from lagrange_cli.mechanics.numerics.elementary import (
     ELEMENTARY_FUNCTIONS,
     unknown_jet,
 )
+from lagrange_cli.mechanics.tabulated import Tabulated, in_pieces
+
+#: Operations that are recorded as others that they stand for.
+_WRITTEN_OUT = (*STEPS, Tabulated)
 
 
 class Recording:
@@ -35,7 +39,7 @@ class Recording:
         self._constants: set[int] = set()
         self._products: dict[tuple[int, int], int] = {}
         self._below: dict[int, list[int]] = {}
-        self._steps: dict[sp.Basic, sp.Expr] = {}
+        self._written_out: dict[sp.Basic, sp.Expr] = {}
         for symbol in inputs:
             self._index[symbol] = self._append("input", None, None)
         self.inputs = len(inputs)
@@ -70,17 +74,18 @@ class Recording:
         return places[id(expr)]
 
     def _operands(self, expr: sp.Basic) -> tuple[sp.Basic, ...]:
-        """Return the arguments of an operation; those of a step are that step with signs."""
-        if not isinstance(expr, STEPS):
+        """Return the arguments of an operation; that of a step or of a table is it written out."""
+        if not isinstance(expr, _WRITTEN_OUT):
             operands: tuple[sp.Basic, ...] = expr.args
             return operands
-        if expr not in self._steps:
-            self._steps[expr] = step_by_signs(expr)
-        return (self._steps[expr],)
+        if expr not in self._written_out:
+            is_step = isinstance(expr, STEPS)
+            self._written_out[expr] = step_by_signs(expr) if is_step else in_pieces(expr)
+        return (self._written_out[expr],)
 
     def _node(self, expr: sp.Basic, places: Mapping[int, int]) -> int:
         args = [places[id(a)] for a in self._operands(expr)]
-        if isinstance(expr, STEPS):
+        if isinstance(expr, _WRITTEN_OUT):
             return args[0]
         if self._constants.issuperset(args):
             if not expr.is_Rational:

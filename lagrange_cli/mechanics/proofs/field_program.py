@@ -22,6 +22,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.free_symbols import is_unknown
 from lagrange_cli.mechanics.kinks import KINKED, STEPS, step_beside_surface
+from lagrange_cli.mechanics.tabulated import Tabulated
 
 #: Operations in an argument of sin or exp above which it is not multiplied out, so that zero
 #: tests stay quick; a claim about a longer one stays unproven. Not tuned.
@@ -154,7 +155,10 @@ class FieldProgram:
         if rewritten is not None:
             return self.number(rewritten)
         if e.func in _OPAQUE or is_unknown(e):
-            return self._append("function", (e.func.__name__, self._numbers(e.args)))
+            named = e.func.__name__, e.args
+            if isinstance(e, Tabulated):
+                named = f"{e.token.name}{e.orders}", e.arguments
+            return self._append("function", (named[0], self._numbers(named[1])))
         raise UndecidableError
 
     def _extreme(

@@ -13,7 +13,7 @@ of such numbers are refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from types import MappingProxyType
 
@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.kinks import Cases
+from lagrange_cli.mechanics.tabulated import tabulated
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
     PIECEWISE,
@@ -207,7 +208,7 @@ class _Conversion:
         name = own_function(node.function)
         if name in self.functions:
             return self.scene_function(
-                self.functions[name], len(node.function) - len(name), arguments[0]
+                self.functions[name], len(node.function) - len(name), arguments
             )
         if node.function == "norm":
             return self.root(node, sp.Add(*(a**2 for a in arguments)), sp.S.Half)
@@ -226,8 +227,13 @@ class _Conversion:
             result = Cases(value, side, sp.Integer(not piece.function.endswith("=")), result)
         return result
 
-    def scene_function(self, function: DeclaredFunction, order: int, argument: sp.Expr) -> sp.Expr:
+    def scene_function(
+        self, function: DeclaredFunction, order: int, arguments: Sequence[sp.Expr]
+    ) -> sp.Expr:
         """Apply a function of the scene, or a derivative of it."""
+        if function.table is not None:
+            return tabulated(function.name, function.table, arguments, order)
+        (argument,) = arguments
         if function.expression is None:
             return unknown_function(function.name + "'" * order, argument)
         place = sp.Dummy(real=True)

@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.symbols.convert import (
     ODD_FUNCTIONS,
     SYMPY_FUNCTIONS,
 )
+from lagrange_cli.mechanics.tabulated import Tabulated, in_pieces
 from lagrange_cli.program.graph.operands import Coefficient, magnitude, quotient
 
 if TYPE_CHECKING:
@@ -278,7 +279,7 @@ class ValueGraph:
         arguments = [self._known[a] for a in _arguments(e)]
         if e.func in _RECIPROCALS:
             return self.multiply([(self.call(_RECIPROCALS[e.func], *arguments), -1)])
-        if isinstance(e, STEPS):
+        if isinstance(e, (*STEPS, Tabulated)):
             return arguments[0]
         name = _CALLS.get(e.func)
         if name is None:
@@ -306,6 +307,8 @@ def _arguments(e: Expr) -> tuple[Expr, ...]:
         return (e.base,)
     if isinstance(e, STEPS):
         return (step_by_signs(e),)
+    if isinstance(e, Tabulated):
+        return (in_pieces(e),)
     return tuple(e.args)
 
 

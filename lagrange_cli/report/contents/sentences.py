@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.analysis.symmetries.conserved_quantities import EnergyLoss, EnergySum
-    from lagrange_cli.files import Recording
+    from lagrange_cli.files import Recording, Table
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import Equations, ShownEquation
     from lagrange_cli.mechanics.findings import (
@@ -281,6 +281,22 @@ def recorded_line(recording: Recording) -> Written:
     if recording.interpolation == "cubic":
         return say("column {column} of {file}, a cubic spline through the rows", **named)
     return say("column {column} of {file}, each row until the next", **named)
+
+
+def table_line(table: Table) -> Written:
+    """Tell column, file and interpolation of a table, and what holds beyond it."""
+    named = {"column": Plain(table.source.column), "file": Plain(table.source.file)}
+    if table.interpolation == "linear":
+        text = say("column {column} of {file}, linear between rows", **named)
+    elif table.interpolation == "cubic":
+        text = say("column {column} of {file}, a cubic spline through the rows", **named)
+    else:
+        text = say("column {column} of {file}, monotone cubics between rows", **named)
+    if table.outside == "hold":
+        return say("{text}; beyond it, the outermost values", text=text)
+    if table.outside == "extend":
+        return say("{text}; beyond it, straight lines", text=text)
+    return say("{text}; the equations hold within it", text=text)
 
 
 def energy_is_sum(equations: Equations, quantity: Conserved | EnergyBalance) -> bool:

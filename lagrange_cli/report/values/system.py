@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import EnergyBalance, Facts, FormulationChoice
     from lagrange_cli.mechanics.system import Closure, Contact, Input
+    from lagrange_cli.scene.model import DeclaredFunction
 
 
 _PREDICTED: JsonObject[FormulationChoice] = JsonObject(
@@ -196,6 +197,20 @@ _INPUT: JsonObject[Input] = JsonObject(
         *(Key(name, TEXT, text, optional=True) for name, text in _RECORDED.items()),
     ),
 )
+_TABLE: JsonObject[DeclaredFunction] = JsonObject(
+    Key("name", TEXT, "Name of the function."),
+    Key("of", TEXT, "What it is a function of.", lambda function: function.argument),
+    *through(
+        lambda function: function.table and function.table.source,
+        Key("file", TEXT, "The file of its values."),
+        Key("column", TEXT, "Its column."),
+    ),
+    *through(
+        lambda function: function.table,
+        Key("interpolation", TEXT, "The values between two rows: monotone, linear or cubic."),
+        Key("outside", TEXT, "The values beyond the outermost rows: end, hold or extend."),
+    ),
+)
 _FACTS: JsonObject[Facts] = JsonObject(
     Key("constant_mass_matrix", BOOLEAN, "M is constant."),
     Key("diagonal_mass_matrix", BOOLEAN, "M is diagonal."),
@@ -250,6 +265,13 @@ FINDINGS: JsonObject[Equations] = JsonObject(
         lambda e: [_NamedContact(contact, coordinate_names(e)) for contact in e.system.contacts],
     ),
     Key("inputs", list_of(_INPUT), "Inputs of the scene.", lambda e: e.system.inputs),
+    Key(
+        "tables",
+        list_of(_TABLE),
+        "Functions that files give.",
+        lambda e: [f for f in e.system.functions if f.table is not None] or None,
+        optional=True,
+    ),
     Key("outputs", list_of(_OUTPUT), "Outputs of the scene.", lambda e: e.system.outputs),
     Key("facts", _FACTS, "Proven structure; false: not shown.", lambda e: e.derivation.facts),
     *through(_forces, *optional(*FORCES.keys)),

@@ -21,6 +21,7 @@ from lagrange_cli.scene.language.expression import (
     Node,
     children,
     names_in,
+    own_function,
     walk,
 )
 from lagrange_cli.scene.language.templates import shape_of
@@ -111,11 +112,18 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
             first_input = first_input or traits.first_input
         elif isinstance(part, Call):
             holds_rates |= part.function in TIME_DERIVATIVES
-            rough = rough or (part.function if part.function in NONSMOOTH else None)
+            rough = rough or _rough_function(part, names)
     extents = _Extents(names)
     extent = extent_of(node, extents)
     rate = _rates(node, names)[id(node)] if holds_rates else 0
     return ExpressionTraits(rate, rough, constant, extent, first_input)
+
+
+def _rough_function(call: Call, names: Mapping[str, ExpressionTraits]) -> str | None:
+    """Return the name of a function without a derivative everywhere; tables are in ``names``."""
+    if call.function in NONSMOOTH:
+        return call.function
+    return names.get(own_function(call.function), _POSITION).rough
 
 
 _POSITION = ExpressionTraits()

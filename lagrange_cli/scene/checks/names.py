@@ -22,10 +22,11 @@ from lagrange_cli.scene.language.expression import (
     Expression,
     Name,
     names_in,
+    own_function,
     walk,
 )
 from lagrange_cli.scene.language.problems import Problems, rate_hint, shown, suggestion
-from lagrange_cli.scene.model import Force, Scene
+from lagrange_cli.scene.model import DeclaredFunction, Force, Scene
 
 _CONSTANT = ExpressionTraits(constant=True)
 #: Events of a one-sided constraint, as ``expect`` calls them.
@@ -120,6 +121,10 @@ def _check_known(
 def _check_functions(scene: Scene, table: NameTable, problems: Problems) -> None:
     """Check arguments of unknown functions, and the expressions of given ones."""
     for function in scene.functions:
+        for expression in function.over:
+            _check_argument(function, expression, table, problems)
+        if function.table is not None:
+            continue
         if function.expression is None:
             if function.argument not in table:
                 problems.add(
@@ -137,6 +142,20 @@ def _check_functions(scene: Scene, table: NameTable, problems: Problems) -> None
                     function.expression.mark(node.span),
                     rule="not-constant",
                 )
+
+
+def _check_argument(
+    function: DeclaredFunction, expression: Expression, table: NameTable, problems: Problems
+) -> None:
+    """Check the names in what a table is said to be a function of."""
+    for node in _first_uses(expression):
+        if node.name not in table and node.name not in ("t", "pi"):
+            problems.add(
+                f"unknown name {shown(node.name)} in function '{function.name}'",
+                expression.mark(node.span),
+                hint=_suggestion(node.name, table),
+                rule="unknown-name",
+            )
 
 
 def _first_uses(expression: Expression) -> Iterable[Name]:
@@ -294,7 +313,9 @@ def _check_places(
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
     inputs = {term.name: ExpressionTraits(first_input=term.name) for term in scene.inputs}
-    symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT, **parameters, **inputs}
+    # Tables have no second derivative at their points.
+    tables = {f.name: ExpressionTraits(rough=f.name) for f in scene.functions if f.table}
+    symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT, **parameters, **inputs, **tables}
     numeric: dict[str, ExpressionTraits] = dict(symbolic)
     traits = TraitsByShape()
     for name in order:
@@ -383,7 +404,8 @@ def without_rate(scene: Scene, name: str) -> str:
 
 def _is_rough(node: object, names: dict[str, ExpressionTraits]) -> bool:
     if isinstance(node, Call):
-        return node.function in NONSMOOTH
+        name = own_function(node.function)
+        return name in NONSMOOTH or names.get(name, ExpressionTraits()).rough is not None
     return isinstance(node, Name) and names.get(node.name, ExpressionTraits()).rough is not None
 
 

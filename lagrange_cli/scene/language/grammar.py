@@ -11,8 +11,9 @@ which associates to the right. A leading sign belongs to the whole term:
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import cast
 
 from lagrange_cli.errors import InputError, Mark
@@ -44,14 +45,14 @@ def parse_expression(
     *,
     exact: bool = True,
     limited: bool = True,
-    functions: Collection[str] = (),
+    functions: Mapping[str, int] = MappingProxyType({}),
 ) -> Expression:
     """Parse an expression whose first character is at ``origin``.
 
     ``exact``: offsets in the text are offsets in the line (see
     :class:`~lagrange_cli.scene.language.expression.Expression`). ``limited=False`` lifts
-    the limit on the length, for text that was written out from a helper. ``functions`` are names
-    of the scene's own functions.
+    the limit on the length, for text that was written out from a helper. ``functions`` are the
+    scene's own functions, with their numbers of arguments.
 
     Raises
     ------
@@ -77,7 +78,7 @@ def parse_equation(
     exact: bool = True,
     limited: bool = True,
     relations: tuple[Relation, ...] = ("=",),
-    functions: Collection[str] = (),
+    functions: Mapping[str, int] = MappingProxyType({}),
 ) -> Equation:
     """Parse ``left = right``, or another of ``relations``; see :func:`parse_expression`.
 
@@ -220,7 +221,7 @@ def _refuse_second(token: Token, texts: Collection[str]) -> None:
     )
 
 
-def _checked(tokens: list[Token], functions: Collection[str] = ()) -> Node:
+def _checked(tokens: list[Token], functions: Mapping[str, int] = MappingProxyType({})) -> Node:
     node = parse_tokens(tokens, functions)
     check_depth(node, MAX_NESTING)
     extent_of(node, {})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -39,11 +39,10 @@ from lagrange_cli.scene.language.tokens import (
 MAX_NESTING = 200
 
 
-def parse_tokens(tokens: Sequence[Token], functions: Collection[str] = ()) -> Node:
+def parse_tokens(tokens: Sequence[Token], functions: Mapping[str, int]) -> Node:
     """Parse tokens, the last of which is the end, into a tree.
 
-    ``functions``: names of the scene's own functions of one argument; primes behind them are
-    derivatives.
+    ``functions``: numbers of arguments of the scene's own ones; primes behind are derivatives.
 
     Raises
     ------
@@ -118,7 +117,7 @@ _DEGREES = ("deg", "degree", "degrees")
 class _Parser:
     """Reads tokens into one tree; ``value`` is the operand just read, if any."""
 
-    def __init__(self, tokens: Sequence[Token], functions: Collection[str]) -> None:
+    def __init__(self, tokens: Sequence[Token], functions: Mapping[str, int]) -> None:
         self.tokens = tokens
         self.functions = functions
         self.position = 0
@@ -352,7 +351,8 @@ class _Parser:
             return _sum(arguments, span)
         if function.text == PIECEWISE:
             _require_pieces(arguments, span)
-        wanted = FUNCTIONS.get(function.text, 1)
+        arity = self.functions.get(own_function(function.text), 1)
+        wanted = FUNCTIONS.get(function.text, arity)
         if wanted is not None and len(arguments) != wanted:
             plural = "" if wanted == 1 else "s"
             raise ExpressionError(

@@ -3,17 +3,13 @@ coordinates, definitions."""
 
 from __future__ import annotations
 
-import ntpath
-import os
 from collections.abc import Mapping as AbstractMapping
 from fractions import Fraction
-from typing import get_args
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.files import Interpolation, Recording
 from lagrange_cli.latex_allowlist import between_dollars, check_latex
 from lagrange_cli.scene.language.expression import Expression, Name, Number
-from lagrange_cli.scene.language.problems import shown, suggestion
+from lagrange_cli.scene.language.problems import shown
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import (
     DeclaredCoordinate,
@@ -25,6 +21,7 @@ from lagrange_cli.scene.model import (
     Point,
     Size,
 )
+from lagrange_cli.scene.reading.columns import RECORDED, TABLE, read_recorded, read_table_of
 from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.overrides import given_size
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
@@ -132,7 +129,7 @@ def read_functions(node: SourceNode, reading: Reading) -> tuple[DeclaredFunction
         if function is not None:
             functions.append(function)
         # From here on: a function contains only functions that are declared before it.
-        reading.functions.add(key.text)
+        reading.functions[key.text] = function.arity if function else 1
     return tuple(functions)
 
 
@@ -143,7 +140,11 @@ def _function(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredFuncti
         return None
     fields = {"of": node}
     if isinstance(node, Mapping):
-        fields = reading.fields(node, what, ("of", "equals", "latex"), required=("of",))
+        known = ("of", "equals", "latex")
+        if any(k.text == "file" for k, _ in node.entries):
+            fields = reading.fields(node, what, TABLE, required=TABLE[:3])
+            return _tabulated(key, fields, what, reading)
+        fields = reading.fields(node, what, known, required=("of",))
     argument = fields.get("of")
     if argument is None:
         return None
@@ -154,6 +155,29 @@ def _function(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredFuncti
     latex = read_latex(fields, what, reading)
     place = (key.text, key.mark, argument.text, argument.mark)
     return DeclaredFunction(*place, expression, latex)
+
+
+def _tabulated(
+    key: Scalar, fields: dict[str, SourceNode], what: str, reading: Reading
+) -> DeclaredFunction | None:
+    """Read a function that a file gives, of one argument or of a list of two."""
+    if "of" not in fields:
+        return None
+    node = fields["of"]
+    nodes = node.items if isinstance(node, Sequence) else (node,)
+    if len(nodes) not in (1, 2):
+        reading.expected("one argument or a list of two", what, node)
+        return None
+    over = [reading.expression(argument, f"'of' of {what}") for argument in nodes]
+    table = read_table_of(fields, len(nodes), what, reading)
+    arguments = tuple(e for e in over if e is not None)
+    if table is None or len(arguments) < len(over):
+        return None
+    text = ", ".join(e.text for e in arguments)
+    latex = read_latex(fields, what, reading)
+    return DeclaredFunction(
+        key.text, key.mark, text, node.mark, latex=latex, table=table, over=arguments
+    )
 
 
 def _zero(mark: Mark) -> Expression:
@@ -268,65 +292,6 @@ def _description(fields: dict[str, SourceNode], what: str, reading: Reading) -> 
     if "description" not in fields:
         return None
     return read_prose(fields["description"], f"'description' of {what}", reading)
-
-
-#: The keys of such an input.
-RECORDED = ("file", "column", "interpolation")
-
-_DEFAULT: Interpolation = "linear"
-
-
-def read_recorded(node: Mapping, what: str, reading: Reading) -> Recording | None:
-    """Read the recording that an input names; its file is read when values are needed."""
-    fields = reading.fields(node, what, RECORDED, required=("file", "column"))
-    file = _file(fields["file"], what, reading) if "file" in fields else None
-    column = reading.text(fields["column"], f"'column' of {what}") if "column" in fields else None
-    interpolation: Interpolation | None = _DEFAULT
-    if "interpolation" in fields:
-        interpolation = _interpolation(fields["interpolation"], what, reading)
-    if file is None or column is None or interpolation is None:
-        return None
-    return Recording(
-        file,
-        os.path.dirname(reading.file),
-        column.strip(),
-        interpolation,
-        fields["file"].mark,
-        fields["column"].mark,
-    )
-
-
-def _file(node: SourceNode, what: str, reading: Reading) -> str | None:
-    text = reading.text(node, f"'file' of {what}")
-    if text is None:
-        return None
-    if not text.strip():
-        reading.expected("the name of a file", f"'file' of {what}", node)
-        return None
-    if os.path.isabs(text) or ntpath.splitdrive(text)[0]:
-        reading.problems.add(
-            f"'file' of {what} is not relative to the folder of the scene",
-            node.mark,
-            hint="files that a scene names are beside it or in folders below",
-            rule="recording",
-        )
-        return None
-    return text
-
-
-def _interpolation(node: SourceNode, what: str, reading: Reading) -> Interpolation | None:
-    known: tuple[Interpolation, ...] = get_args(Interpolation)
-    for name in known:
-        if isinstance(node, Scalar) and node.text == name:
-            return name
-    text = node.text if isinstance(node, Scalar) else ""
-    hint = suggestion(text, known, f"known are {', '.join(known)}")
-    message = f"unknown interpolation {shown(text)} of {what}"
-    if text:
-        reading.problems.add(message, node.mark, hint=hint, rule="unknown-name")
-    else:
-        reading.expected("an interpolation", what, node, hint)
-    return None
 
 
 def read_text_field(

@@ -77,7 +77,7 @@ class Reading:
     overrides
         Values given beside the scene, by name; those of sizes are needed while reading.
     functions
-        Names of the scene's own functions.
+        Names of the scene's own functions, with their numbers of arguments.
     sizes, indices
         Sizes by name; the same with the indices of the family's element that is being read.
     index_marks
@@ -107,7 +107,7 @@ class Reading:
         default_factory=dict
     )
     _keys: dict[Scalar, Expression] = field(default_factory=dict)
-    functions: set[str] = field(default_factory=set)
+    functions: dict[str, int] = field(default_factory=dict)
     _bodies: frozenset[str] | None = None
 
     @property

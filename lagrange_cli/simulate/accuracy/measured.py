@@ -21,6 +21,10 @@ from lagrange_cli.simulate.samples import RowSequence
 _NEARLY = 1e3
 
 
+#: Borders of the states at which equations hold.
+Border = Literal["positive", "table"]
+
+
 @dataclass(frozen=True)
 class Disproof:
     """Evidence that a result is wrong from some time on.
@@ -32,15 +36,16 @@ class Disproof:
     by
         ``energy``: a conserved energy changes; ``gap``: gaps are negative; ``impact``: an impact
         adds energy; ``uniqueness``: the motion comes to rest where more than one follows;
-        ``positive``: what the scene declares positive is not.
+        ``positive``: what the scene declares positive is not; ``table``: a table has ended.
     contacts
         Numbers of the contacts whose gaps or impacts they are.
     where
-        Equation in words that holds where the motion comes to rest; name of what is not positive.
+        Equation in words that holds where the motion comes to rest; name of what is not positive,
+        or end of a table.
     """
 
     time: float
-    by: Literal["energy", "gap", "impact", "uniqueness", "positive"]
+    by: Literal["energy", "gap", "impact", "uniqueness"] | Border
     contacts: tuple[int, ...] = ()
     where: str = ""
 

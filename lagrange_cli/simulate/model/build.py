@@ -49,6 +49,7 @@ from lagrange_cli.simulate.model.switching_surfaces import (
     surface_rates,
     surface_values,
 )
+from lagrange_cli.simulate.model.table_ends import table_ends
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import (
     C_DOUBLE,
@@ -159,6 +160,7 @@ def _model_of(equations: Equations) -> Model:
         driven=tuple(u.name for u in equations.system.inputs if u.driven),
         singular=chart_singularities(equations),
         positive=tuple(name for name, _ in equations.system.positive),
+        table_ends=tuple(name for name, _ in table_ends(evaluated.equations)),
         chart=former_chart(equations),
         massless=_massless(equations),
         steep=steep_places(evaluated.equations, evaluated.steep),
@@ -243,6 +245,7 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
     }
     interpreted = compiled | _present(python)
     guarded = guard_program(equations)
+    bounded = equations.system.positive or table_ends(equations)
     places, rates = ({}, []) if guarded is None else ({GUARD_PROGRAM: guarded[0]}, guarded[1])
     compiled |= places
     lanes = lanes_source(programs)
@@ -250,7 +253,7 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
         c=library_source(compiled) + guard_source(compiled, rates, C_DOUBLE),
         lanes=lanes + guard_source(compiled, rates, C_DOUBLE, lanes),
         # The series know nothing of the borders.
-        taylor="" if sided_programs or equations.system.positive else taylor_source(programs),
+        taylor="" if sided_programs or bounded else taylor_source(programs),
         tables=lane_tables_source(programs),
         functions=StoredFunctions.from_functions(
             {name: lowered(program, name) for name, program in interpreted.items()}

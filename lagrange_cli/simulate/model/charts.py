@@ -11,6 +11,7 @@ from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.simulate.model.expressions import outputs_program
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
+from lagrange_cli.simulate.model.table_ends import table_ends
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -48,10 +49,10 @@ def singular_program(equations: Equations) -> Program | None:
 
 def positive_program(equations: Equations) -> Program | None:
     """Make a program whose numbers are positive where the equations hold; None if the scene
-    declares nothing positive."""
-    if not equations.system.positive:
+    declares nothing positive and no table ends."""
+    above = [e for _, e in (*equations.system.positive, *table_ends(equations))]
+    if not above:
         return None
-    above = (expression for _, expression in equations.system.positive)
     # Inputs move no coordinate.
     return outputs_program(replace(equations, system=replace(equations.system, inputs=())), above)
 
@@ -59,11 +60,12 @@ def positive_program(equations: Equations) -> Program | None:
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
     """Make the program whose numbers vanish at singular configurations where no coordinate ends.
 
-    Numbers that vanish at the border of what is positive follow. With it come, for each number, the
-    places in the state of the rates that move nothing there. None if there is no such number.
+    Numbers that vanish at the border of what is positive, and at ends of tables, follow. With it
+    come, for each number, the places in the state of the rates that move nothing there. None if
+    there is no such number.
     """
     places = [place for place in equations.derivation.singular if not place.infinite]
-    above = [expression for _, expression in equations.system.positive]
+    above = [e for _, e in (*equations.system.positive, *table_ends(equations))]
     if not (places or above):
         return None
     names = [c.name for c in equations.system.coordinates]

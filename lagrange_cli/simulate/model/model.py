@@ -196,8 +196,9 @@ class Model:
         :mod:`lagrange_cli.program.systems.contact_systems`.
     singular
         Places that the coordinates do not cover, at which numbers of ``singular`` vanish.
-    positive
-        Names that the scene declares positive, whose values ``positive`` gives.
+    positive, table_ends
+        Names that the scene declares positive, whose values ``positive`` gives; and ends of tables,
+        as ``T(600)``, with numbers behind these that are positive within.
     chart
         Coordinates that these have replaced; None if there are none.
     massless
@@ -239,6 +240,7 @@ class Model:
     contacts: tuple[str, ...] = ()
     singular: tuple[ChartSingularity, ...] = ()
     positive: tuple[str, ...] = ()
+    table_ends: tuple[str, ...] = ()
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
     steep: tuple[str, ...] = ()
@@ -252,6 +254,11 @@ class Model:
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of a state: coordinates, then their ``dot``."""
         return self.layout.names(self.coordinates)
+
+    @property
+    def borders(self) -> tuple[str, ...]:
+        """Borders of the states at which the equations hold: ``positive``, then ``table_ends``."""
+        return (*self.positive, *self.table_ends)
 
     @property
     def layout(self) -> StateLayout:
@@ -300,7 +307,7 @@ class Model:
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
-        lists += ("steep", "initial_decimals", "driven", "positive")
+        lists += ("steep", "initial_decimals", "driven", "positive", "table_ends")
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])

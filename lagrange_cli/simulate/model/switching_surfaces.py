@@ -22,6 +22,7 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.kinks import KINKED, Cases, sides_of, surfaces_of
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.mechanics.system import Parameter
+from lagrange_cli.mechanics.tabulated import Tabulated, in_pieces
 from lagrange_cli.simulate.model.expressions import distinct_parts, rates
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
     ``parts`` are those of :func:`.expressions.calls_and_powers`.
     """
     further = distinct_parts(_beside_forces(equations))
-    if set(KINKED).isdisjoint(map(type, chain(parts, further))):
+    if {*KINKED, Tabulated}.isdisjoint(map(type, chain(parts, further))):
         return None
     moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
     moving |= {s for c in equations.system.coordinates for s in (c.q, c.v)}
@@ -178,12 +179,18 @@ class _Sides:
     def is_plain(self, e: Expr) -> bool:
         """Tell if nothing in an expression has a kink; parts that expressions share are known."""
         plain = e in self._plain
-        if not plain and not isinstance(e, KINKED) and all(map(self.is_plain, e.args)):
+        if (
+            not plain
+            and not isinstance(e, (*KINKED, Tabulated))
+            and all(map(self.is_plain, e.args))
+        ):
             self._plain.add(e)
             plain = True
         return plain
 
     def _smoothed(self, e: Expr) -> Expr:
+        if isinstance(e, Tabulated):
+            return self.smooth(in_pieces(e))
         if self._is_bounded(e):
             self._only_located(e)
             return e
@@ -246,7 +253,7 @@ class _Sides:
 
 def _kinks(e: Expr) -> Iterator[Expr]:
     """Yield the kinked functions in an expression, inner ones first, in a fixed order."""
-    for argument in e.args:
+    for argument in (in_pieces(e),) if isinstance(e, Tabulated) else e.args:
         yield from _kinks(argument)
     if isinstance(e, KINKED):
         yield e

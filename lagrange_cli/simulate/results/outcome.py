@@ -45,6 +45,12 @@ Status = Literal["ok", "accuracy_not_reached", "stopped", "blow_up"]
 #: Says that a motion has come to the border of what is declared positive.
 _LEFT = pattern("'{where}' is declared positive and reaches 0, where these equations end")
 
+#: Says that a motion has come to the end of a table.
+_TABLE_ENDS = pattern(
+    "tabulated values end at {where}, and these equations with them; 'outside: hold' or"
+    " 'outside: extend' in the scene goes on"
+)
+
 _DISPROOFS = {
     "energy": pattern(
         "the energy is not what it was. A force acts in less than a step; {option} with a {step}"
@@ -63,7 +69,11 @@ _DISPROOFS = {
         " that more than one motion follows"
     ),
     "positive": _LEFT,
+    "table": _TABLE_ENDS,
 }
+
+#: Disproofs that are borders of the equations.
+_BORDERS = ("positive", "table")
 
 #: Options that go on where a run is disproved.
 _BETTER = {
@@ -134,7 +144,7 @@ def status(problem: InitialValueProblem, measured: Measured) -> Status:
     if measured.stopped:
         return "stopped"
     if measured.disproved is not None:
-        return "blow_up" if measured.disproved.by == "positive" else "accuracy_not_reached"
+        return "blow_up" if measured.disproved.by in _BORDERS else "accuracy_not_reached"
     ends = measured.failure is not None and not measured.failure.by_rounding
     return "blow_up" if ends else "accuracy_not_reached"
 
@@ -150,7 +160,7 @@ def reason(model: Model, problem: InitialValueProblem, measured: Measured, reque
     accuracy = "" if request.accuracy is None else f"{request.accuracy:g}"
     if measured.disproved is not None:
         why, at = _disproof(model, measured.disproved), f"{measured.disproved.time:.9g}"
-        if not accuracy or measured.disproved.by in ("uniqueness", "positive"):
+        if not accuracy or measured.disproved.by in ("uniqueness", *_BORDERS):
             return Phrase("what is kept ends at t = {last}: {why}", last=last, why=why)
         return Phrase(
             "accuracy {accuracy} is disproved at t = {at}: {why}", accuracy=accuracy, at=at, why=why
@@ -209,7 +219,7 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure, reques
 def _cause(model: Model, problem: InitialValueProblem, failure: Failure, request: Request) -> str:
     name = _reaching_zero(model, failure, _BEYOND * (failure.time - problem.start), request)
     if name is not None:
-        return Phrase(_LEFT, where=name)
+        return Phrase(_TABLE_ENDS if name in model.table_ends else _LEFT, where=name)
     if failure.reason in _STUCK and failure.contacts:
         says = _STUCK[failure.reason][len(failure.contacts) > 1]
         stuck = Phrase(says, contacts=_listed(model, failure.contacts))
@@ -241,14 +251,16 @@ def _cause(model: Model, problem: InitialValueProblem, failure: Failure, request
 
 
 def _reaching_zero(model: Model, failure: Failure, ahead: float, request: Request) -> str | None:
-    """Return what is declared positive and would not be so a short time ahead, or None."""
-    if failure.state is None or not model.positive:
+    """Return the border of the equations that is reached a short time ahead; None without one."""
+    if failure.state is None or not model.borders:
         return None
     ahead, layout = max(ahead, _STEPS_AHEAD * (request.step or 0.0)), model.layout
     moved = failure.state.copy()
     moved[layout.positions] += ahead * moved[layout.velocities]
     later = positive_values(model)(failure.time + ahead, moved)
-    return next((name for name, x in zip(model.positive, later, strict=True) if not x > 0), None)
+    # Numbers of tables are relative to their widths.
+    least = [0.0] * len(model.positive) + [_BEYOND] * len(model.table_ends)
+    return next((n for n, x, s in zip(model.borders, later, least, strict=True) if not x > s), None)
 
 
 def _unclear(model: Model, unclear: UnclearContacts) -> str:

@@ -270,10 +270,12 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
     InputError
         It cannot be integrated from.
     """
-    values = positive_values(model)(problem.start, problem.y0) if model.positive else ()
-    for name, value in zip(model.positive, values, strict=True):
+    values = positive_values(model)(problem.start, problem.y0) if model.borders else ()
+    for name, value in zip(model.borders, values, strict=True):
         if not value > 0:
             message = f"'{name}' is declared positive, at the start it is {value:.9g}"
+            if name in model.table_ends:
+                message = f"the start is beyond the end of a table, {name}"
             raise InputError(Problem(message, hint="start elsewhere", rule="not-positive"))
     if not np.isfinite(problem.rhs(problem.start, problem.y0)).all():
         if model.massless:

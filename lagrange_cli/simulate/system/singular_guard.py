@@ -38,7 +38,7 @@ def singular_factors(model: Model) -> Callable[[float, Array], Array]:
 
 def positive_values(model: Model) -> Callable[[float, Array], Array]:
     """Make the function of t and [q, v] whose numbers are positive where the equations hold."""
-    if not model.positive:
+    if not model.borders:
         return lambda t, y: np.empty(0)
     return functions_of(model.code.functions)["positive"].bound(model.numbers)
 
@@ -69,7 +69,7 @@ def guard_signs(model: Model, t: float, y: Array, *, barred: bool = True) -> Arr
     A number for each one at which coordinates do not end: 0 if the motion begins there; then one
     for each of what is positive.
     """
-    numbers, above = _passable(model), [ALWAYS] * len(model.positive)
+    numbers, above = _passable(model), [ALWAYS] * len(model.borders)
     if not (above or (numbers and barred)):
         return None
     if not (numbers and barred):
@@ -123,7 +123,7 @@ def guarded_rhs(model: Model, guards: Array, rhs: StructuredRhs) -> StructuredRh
     numbers, above = _passable(model), positive_values(model)
     factors = singular_factors(model) if numbers else None
     rates = [lost_rates(model, model.singular[k]) for k in numbers]
-    rates += [[] for _ in model.positive]
+    rates += [[] for _ in model.borders]
 
     def barred(t: float, y: Array) -> bool:
         vanishing = np.empty(0) if factors is None else factors(t, y)[numbers]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
+from lagrange_cli.simulate.accuracy.measured import Border, Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model
@@ -69,10 +69,11 @@ def _disproofs(
         first = _contradicted(model, seen, t, measured, accuracy, drift)
         if first is not None:
             yield first, Disproof(float(t[first]), "energy")
-    if model.positive:
+    if model.borders:
         left = _not_positive(model, t, measured.states)
         if left is not None:
-            yield left[0], Disproof(float(t[left[0] - 1]), "positive", where=left[1])
+            by: Border = "positive" if left[1] in model.positive else "table"
+            yield left[0], Disproof(float(t[left[0] - 1]), by, where=left[1])
     if seen.contact is not None:
         believed = accuracy or _BELIEVED
         met = first_penetration(seen.contact, t, measured.states, believed, measured.scales)
@@ -86,7 +87,7 @@ def _disproofs(
 
 
 def _not_positive(model: Model, t: RowSequence, states: RowSequence) -> tuple[int, str] | None:
-    """Find the first sample at which something declared positive is not, and its name.
+    """Find the first sample beyond a border of the equations, and the name of that.
 
     Right-hand sides do not exist there, but those that are evaluated as expressions, or while a
     contact pushes, do not know that.
@@ -96,7 +97,7 @@ def _not_positive(model: Model, t: RowSequence, states: RowSequence) -> tuple[in
         rows = [values(s, y) > 0 for s, y in zip(times.tolist(), part, strict=True)]
         below = np.argwhere(~np.array(rows))
         if len(below):
-            return first + int(below[0, 0]), model.positive[below[0, 1]]
+            return first + int(below[0, 0]), model.borders[below[0, 1]]
         first += len(part)
     return None
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Problem, nearest
-from lagrange_cli.files import CarriedFile, Recording, carried_files, reading_carried
+from lagrange_cli.files import CarriedFile, FileColumn, carried_files, reading_carried
 from lagrange_cli.scene.dimensions import dimensions
 from lagrange_cli.simulate.ensemble.plan.recipe import MemberValues, Recipe, numeric_values
 from lagrange_cli.simulate.model.model import Model
@@ -141,7 +141,7 @@ class _PointWork:
         Contents of recorded inputs.
     """
 
-    files: Mapping[Recording, CarriedFile]
+    files: Mapping[FileColumn, CarriedFile]
 
     def prepare(self) -> None:
         """Compile nothing ahead: points differ in their equations."""

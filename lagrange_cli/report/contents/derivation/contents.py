@@ -19,7 +19,7 @@ from lagrange_cli.report.contents.derivation.conservation import balance, conser
 from lagrange_cli.report.contents.derivation.energies import energies, generalized_forces
 from lagrange_cli.report.contents.derivation.freedom import freedom
 from lagrange_cli.report.contents.derivation.motion import closures, contacts, motion, result
-from lagrange_cli.report.contents.derivation.system import inputs, outputs, system
+from lagrange_cli.report.contents.derivation.system import inputs, outputs, system, tables
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_line, reaction_rows
 from lagrange_cli.report.contents.forms.contents import FORMS, form_sections
@@ -222,6 +222,7 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
         ("sketch", lambda: _sketch(writer)),
         ("account constraints", lambda: freedom(writer, parts)),
         ("system energies", lambda: inputs(writer)),
+        ("system energies", lambda: tables(writer)),
         ("energies", lambda: energies(writer)),
         ("equations", lambda: generalized_forces(writer)),
         *_motion(writer, parts, form),
@@ -279,6 +280,7 @@ def _above_with_steps(
         ("sketch", lambda: _sketch(writer)),
         ("account constraints", lambda: freedom(writer, parts, positions=False)),
         ("system energies", lambda: inputs(writer)),
+        ("system energies", lambda: tables(writer)),
         *_on_board(working(board)),
         *(_motion(writer, parts, form) if form != "lagrange" else ()),
         ("equations constraints", lambda: contacts(writer)),

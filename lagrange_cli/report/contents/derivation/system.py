@@ -11,7 +11,7 @@ from lagrange_cli.emit.initial_state import exact_value
 from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.families import sizes_line
-from lagrange_cli.report.contents.sentences import recorded_line
+from lagrange_cli.report.contents.sentences import recorded_line, table_line
 from lagrange_cli.report.inlines import (
     Inline,
     Listed,
@@ -135,6 +135,22 @@ def inputs(writer: DocumentWriter) -> Section | None:
         (u.name, u.expression) for u in writer.equations.system.inputs if u.recording is None
     ]
     return _named(writer, say("Inputs"), expressions, blocks)
+
+
+def tables(writer: DocumentWriter) -> Section | None:
+    """Functions that files give, in words."""
+    blocks: list[Block] = [
+        Paragraph(
+            say(
+                "{name}: {value}",
+                name=Inline(symbol(f.name, 0, f.latex)),
+                value=say("{text}.", text=table_line(f.table)),
+            )
+        )
+        for f in writer.equations.system.functions
+        if f.table is not None
+    ]
+    return section(say("Tables"), *blocks)
 
 
 def outputs(writer: DocumentWriter) -> Section | None:

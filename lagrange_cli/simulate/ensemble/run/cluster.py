@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import (
     CarriedFile,
-    Recording,
+    FileColumn,
     cannot_write,
     carried_files,
     is_address,
@@ -73,7 +73,7 @@ class _BlockWork:
 
     blocks: Blocks
     writer: BlockWriter
-    files: Mapping[Recording, CarriedFile]
+    files: Mapping[FileColumn, CarriedFile]
     running: _Running
 
     def prepare(self) -> None:
