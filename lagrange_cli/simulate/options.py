@@ -12,6 +12,11 @@ if TYPE_CHECKING:
 AUTO = "auto"
 
 
+def is_automatic(method: str | None) -> bool:
+    """Tell whether a method is named that stands for the choice of one."""
+    return method is not None and method.casefold() == AUTO
+
+
 @dataclass(frozen=True, kw_only=True)
 class SimulationOptions:
     """Options of a user who asks for a motion; None leaves one to the scene, then to the program.
@@ -58,12 +63,12 @@ class SimulationOptions:
 
     def completed(self, defaults: SimulationDefaults) -> SimulationOptions:
         """Take from the scene's section what controls the error, and when to sample, as a whole."""
-        options = replace(self, method=None) if self.method == AUTO else self
+        options = replace(self, method=None) if is_automatic(self.method) else self
         if options.accuracy is None and not any(x is not None for x in options.controls):
             options = replace(
                 options,
                 accuracy=defaults.accuracy,
-                method=None if defaults.method == AUTO else defaults.method,
+                method=None if is_automatic(defaults.method) else defaults.method,
                 rtol=defaults.rtol,
                 atol=defaults.atol,
             )

@@ -176,18 +176,19 @@ def _and(names: list[str]) -> str:
 
 
 def method_of(name: str) -> type[Integrator]:
-    """Return the method of a name.
+    """Return the method of a name, whose capitals do not matter.
 
     Raises
     ------
     InputError
         There is none.
     """
-    if name not in INTEGRATORS:
+    found = {known.casefold(): method for known, method in INTEGRATORS.items()}.get(name.casefold())
+    if found is None:
         known = f"methods: {AUTO}, {', '.join(INTEGRATORS)}"
-        close = nearest(name.upper(), INTEGRATORS) or nearest(name, INTEGRATORS)
+        close = nearest(name, INTEGRATORS) or nearest(name.upper(), INTEGRATORS)
         raise _refused(f"unknown method '{name}'", f"{close}\n{known}" if close else known)
-    return INTEGRATORS[name]
+    return found
 
 
 def _until(model: Model, until: float | None) -> float:

@@ -283,6 +283,43 @@ def test_cyclic_coordinates_are_free_and_may_drift():
     assert hanging.stability.verdict == "stable but for drift"
 
 
+def test_inputs_that_do_no_work_at_rest_leave_the_verdict_of_a_free_cart():
+    scene = """\
+inputs: {F: 0}
+coordinates: [x]
+kinetic: {cart: dot(x)^2/2}
+forces: {push: {on: x, force: F}}
+"""
+    (point,) = analyzed(scene).equilibria.points
+    assert point.stability.verdict == "stable but for drift"
+    assert str(point.stability.reason) == "no force acts; x may drift"
+
+
+QUADROTOR = """\
+parameters: {m: 0.5, J: 0.01, d: 0.2, g: 9.81}
+inputs: {F1: m*g/2, F2: m*g/2}
+coordinates: [x, z, theta]
+kinetic: {T: m*(dot(x)^2 + dot(z)^2)/2 + J*dot(theta)^2/2}
+potentials: {weight: m*g*z}
+forces:
+  sideways: {on: x, force: -(F1 + F2)*sin(theta)}
+  upward: {on: z, force: (F1 + F2)*cos(theta)}
+  turning: {on: theta, force: d*(F1 - F2)}
+"""
+
+
+def test_a_hovering_quadrotor_drifts_ever_faster():
+    """Tilted by an angle that stays, it accelerates by -g sin(theta) for ever."""
+    (point,) = analyzed(QUADROTOR).equilibria.points
+    assert point.free == ("x", "z")
+    assert point.stability.verdict == "unstable"
+    reason = str(point.stability.reason)
+    assert reason == "beside its rest theta may stay, and x, z drift ever faster"
+    righted = QUADROTOR.replace("d*(F1 - F2)", "d*(F1 - F2) - theta/10")
+    (held,) = analyzed(righted).equilibria.points
+    assert held.stability.verdict == "undecided"
+
+
 def test_the_lever_is_in_balance_by_its_law():
     """At any angle where a m g = b F, else only along the forces: cos θ = 0."""
     scene = (SYSTEMS / "lecture" / "lever.yaml").read_text()

@@ -275,6 +275,12 @@ class TestSimulate:
         assert done.returncode == 2
         assert "DOP853" in done.stderr
 
+    def test_capitals_of_methods_do_not_matter(self):
+        for name in ("Taylor", "dop853", "AUTO"):
+            how = ("--method", name, *(() if name == "AUTO" else ("--rtol", "1e-6")))
+            done = lagrange("simulate", BEAD, *how, "--until", "0.1", "--json")
+            assert done.returncode == 0, done.stderr
+
     @pytest.mark.slow
     def test_a_chosen_method_says_that_the_scenes_accuracy_is_not_promised(self):
         for how in (("--method", "RK4", "--step", "0.01"), ("--rtol", "1e-6")):

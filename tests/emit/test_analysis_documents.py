@@ -162,7 +162,7 @@ def test_a_wide_matrix_comes_in_groups_of_columns_in_a_terminal():
 def test_sections_are_those_that_were_asked_for():
     (text,) = analysis("pendulums/pendulum", "equilibria").emit("markdown").values()
     headings = [line[3:] for line in text.splitlines() if line.startswith("## ")]
-    assert headings == ["Equilibria", "Conserved quantities"]
+    assert headings == ["Equilibria"]
 
 
 def test_no_text_of_a_scene_is_markup():

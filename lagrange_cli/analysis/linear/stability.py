@@ -129,11 +129,14 @@ class _Question:
     def energy_is_bound(self) -> bool:
         """True if the energy is conserved or decreases."""
         balance = self.system.equations.derivation.balance
-        if self.system.held_inputs:
+        if self.is_conservative and not self.system.held_inputs:
+            return True
+        if balance is None or self.system.equations.system.t in balance.rate.free_symbols:
             return False
-        return self.is_conservative or (
-            balance is not None and balance.is_dissipation and self.dissipates
-        )
+        # Inputs that do no work at their values at rest leave a conserved energy.
+        rate = sp.expand(balance.rate.xreplace(self.system.inputs))
+        dissipation = self.system.equations.system.dissipation.xreplace(self.system.inputs)
+        return rate == 0 or (sp.expand(rate + 2 * dissipation) == 0 and self.dissipates)
 
     @property
     def has_inertia(self) -> bool:
@@ -266,6 +269,45 @@ class _Question:
             return Stability("unstable", _NO_MINIMUM)
         return Stability("undecided", _DEGENERATE)
 
+    def held_without_force(self) -> str | None:
+        """Find a coordinate that may keep any value near its rest, where free ones accelerate.
+
+        With velocities zero but for those of the free coordinates, its own acceleration then has to
+        vanish identically, and theirs may depend on it alone: they are constant along the motion
+        and grow with the distance from rest, as those of a quadrotor that hovers tilted.
+        """
+        system, exact = self.system.equations.system, self.at.exact
+        if exact is None or system.closures or not self.drifting:
+            return None
+        free = [k for k, c in enumerate(system.coordinates) if c.name in self.at.free]
+        others = [k for k, _ in enumerate(system.coordinates) if k not in free]
+        resting = {system.coordinates[k].v: sp.Integer(0) for k in others}
+        for k in others:
+            fixed = {system.coordinates[j].q: exact[j] for j in others if j != k}
+            places = {**self.system.inputs, **resting, **fixed}
+            mass = sp.Matrix([[e.xreplace(places) for e in row] for row in system.mass_matrix])
+            forces = sp.Matrix([f.xreplace(places) for f in system.forcing])
+            if len(free) > _MOST_MINORS or mass.extract(free, free).det() == 0:
+                return None
+            rates = mass.extract(free, free).LUsolve(forces.extract(free, [0]))
+            left = forces.extract(others, [0]) - mass.extract(others, free) * rates
+            changing = {c.q for j, c in enumerate(system.coordinates) if j != k}
+            changing |= {c.v for c in system.coordinates} | {system.t}
+            slopes = [sp.expand(sp.diff(x, system.coordinates[k].q)) for x in rates]
+            at_rest = [x.subs(system.coordinates[k].q, exact[k]) for x in slopes]
+            if (
+                all(sp.expand(x) == 0 for x in left)
+                and not any(x.free_symbols & changing for x in rates)
+                and any(self.is_surely_nonzero(x) for x in at_rest)
+            ):
+                return system.coordinates[k].name
+        return None
+
+    def is_surely_nonzero(self, value: sp.Expr) -> bool:
+        """Tell whether a value over the parameters is not zero, by its digits."""
+        number = sp.N(value.subs(self.system.known), DIGITS)
+        return bool(number.is_number and abs(number) > _ZERO)
+
     # Poles.
 
     def by_poles(self) -> Stability:
@@ -288,6 +330,13 @@ class _Question:
         )
         if size and apart > _APART * size and not self.drifting:
             return Stability("stable in the linear approximation", _NOT_POSITIVE)
+        if (held := self.held_without_force()) is not None:
+            reason = Phrase(
+                "beside its rest {name} may stay, and {names} drift ever faster",
+                name=held,
+                names=self.at.free,
+            )
+            return Stability("unstable", reason)
         return Stability("undecided", Phrase("poles on the imaginary axis coincide"))
 
     def poles(self) -> tuple[list[complex], float]:

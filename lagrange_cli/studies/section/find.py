@@ -21,7 +21,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.simulation import simulate_past_singularities
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.options import AUTO, SimulationOptions
+from lagrange_cli.simulate.options import SimulationOptions, is_automatic
 from lagrange_cli.simulate.request import MOST_SAMPLES_IN_MEMORY, method_of
 from lagrange_cli.simulate.results.trajectory import Trajectory
 from lagrange_cli.simulate.simulation import RunContext
@@ -152,7 +152,7 @@ class _Runs:
 
 def _require_interpolant(options: SimulationOptions) -> None:
     """Refuse a method that an option names and that makes its steps end at samples."""
-    if options.method is None or options.method == AUTO:
+    if options.method is None or is_automatic(options.method):
         return
     method = method_of(options.method)
     if not method.interpolates:

@@ -26,7 +26,7 @@ from lagrange_cli.simulate.checkpoint.progress import Deadline, Watch
 from lagrange_cli.simulate.integrators import INTEGRATORS
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.options import AUTO, SimulationOptions
+from lagrange_cli.simulate.options import AUTO, SimulationOptions, is_automatic
 from lagrange_cli.simulate.request import Request, method_of, require_fit, resolve
 from lagrange_cli.simulate.runs.problem import require_a_start
 from lagrange_cli.simulate.simulation import problem_of
@@ -165,11 +165,12 @@ def _fitting(model: Model, methods: Sequence[str] | None) -> tuple[list[str], di
             left_out[name] = refusal.problems[0].message
     if methods is None:
         return fitting, left_out
-    for name in methods:
-        if name != AUTO and method_of(name).name in left_out:
+    asked = [AUTO if is_automatic(name) else method_of(name).name for name in methods]
+    for name in asked:
+        if name in left_out:
             hint = f"--methods {','.join(fitting)}"
             raise InputError(Problem(left_out[name], hint=hint, rule="simulate"))
-    return list(dict.fromkeys(methods)), {}
+    return list(dict.fromkeys(asked)), {}
 
 
 def _stepped_from_python(methods: Sequence[str]) -> dict[str, str]:

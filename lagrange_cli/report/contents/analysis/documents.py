@@ -64,12 +64,12 @@ def analysis_sections(analysis: Analysis, writer: DocumentWriter) -> list[Sectio
         fields = {field.name: getattr(writer, field.name) for field in dataclasses.fields(writer)}
         writer = _AnalysisWriter(**fields, analysis=analysis)
     names = [c.name for c in analysis.equations.system.coordinates]
+    conserved_sections = (("conserved", _conserved(analysis, writer)), ("energy", balance(writer)))
     named = [
         ("equilibria", equilibria_section(analysis, writer)),
         *linear_sections(analysis, writer),
         *branch_sections(analysis.branches, names),
-        ("conserved", _conserved(analysis, writer)),
-        ("energy", balance(writer)),
+        *(conserved_sections if _asks_for_symmetries(analysis) else ()),
         ("contacts", contacts_section(analysis.contacts, writer)),
         ("exponents", exponents_section(analysis.exponents)),
         ("along", along_section(analysis.along)),
@@ -81,6 +81,12 @@ def analysis_sections(analysis: Analysis, writer: DocumentWriter) -> list[Sectio
     if rows:
         sections.append(Section(say("Abbreviations"), (formulas(rows),), "abbreviations"))
     return sections
+
+
+def _asks_for_symmetries(analysis: Analysis) -> bool:
+    """Tell whether conserved quantities belong to the parts that were asked for."""
+    left_out = any(left.part == "symmetries" for left in analysis.left_out)
+    return analysis.symmetries is not None or left_out
 
 
 def _conserved(analysis: Analysis, writer: DocumentWriter) -> Section | None:
