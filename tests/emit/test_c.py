@@ -8,6 +8,7 @@ import re
 import subprocess
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -115,6 +116,17 @@ def test_loops_stay_within_their_arrays(name, tmp_path):
     sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")
     assert len(run(tmp_path / "a.out", "until=0.01", "steps=1").splitlines()) == 502
+
+
+@pytest.mark.compiler
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+def test_main_tells_a_full_disk(tmp_path):
+    source = write(systems.masses_through_hole(), tmp_path, main=True)
+    run(compiler(), "-std=c99", source, "-o", tmp_path / "a.out", "-lm")
+    with open("/dev/full", "w") as full:
+        words = [tmp_path / "a.out", "until=0.1"]
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (1, "the table could not be written\n")
 
 
 @pytest.mark.slow

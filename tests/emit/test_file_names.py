@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -83,6 +84,23 @@ def test_an_old_file_of_the_plain_name_stays(tmp_path):
     (tmp_path / "math.py").symlink_to("s.yaml")
     assert run(["emit", str(tmp_path / "s.yaml"), "--to", "python", "-o", str(tmp_path)]) == 0
     assert (tmp_path / "math_.py").exists()
+
+
+def test_a_path_with_the_ending_of_the_format_is_a_file(tmp_path, capsys):
+    scene = str(tmp_path / "s.yaml")
+    Path(scene).write_text(SCENE.format(name="swing"))
+    file = tmp_path / "out" / "f.rs"
+    assert run(["emit", scene, "--to", "rust", "-o", str(file)]) == 0
+    assert capsys.readouterr().err == f"wrote {file}\n"
+    assert run(["emit", scene, "--to", "rust", "-o", "-"]) == 0
+    assert capsys.readouterr().out == file.read_text()
+    assert run(["emit", scene, "--to", "c", "-o", str(tmp_path / "out" / "f.c")]) == 2
+    assert f"--to c -o {tmp_path / 'out'}\n" in capsys.readouterr().err
+    assert run(["emit", scene, "--to", "c", "-o", "-"]) == 2
+    named = tmp_path / "s.py"
+    named.write_text(SCENE.format(name="swing"))
+    assert run(["emit", str(named), "--to", "python", "-o", str(named)]) == 2
+    assert "would replace the scene" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("reserved", [PYTHON_MODULES, C_HEADERS])

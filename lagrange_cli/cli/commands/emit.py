@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,7 +14,7 @@ from lagrange_cli.api.formats import EMITTERS, Emitter, FormatList
 from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
-from lagrange_cli.cli.guard import guard_folder
+from lagrange_cli.cli.guard import guard, guard_folder
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import print_report, print_text
@@ -30,9 +33,60 @@ def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
     ctx.exit()
 
 
-def _refuse_several(chosen: Emitter, scene: str) -> None:
+@dataclass(frozen=True)
+class _Target:
+    """Where files go: into a folder, under their own names or one that is given; or to a terminal.
+
+    Attributes
+    ----------
+    folder
+        The folder, None for standard output.
+    name
+        Name of the one file, None for the names of the format.
+    """
+
+    folder: str | None
+    name: str | None = None
+
+    @classmethod
+    def of(cls, output: str | None, format_: Emitter, scene: str) -> _Target:
+        """Read the path of ``-o``: a folder, a file of the format by its ending, or ``-``.
+
+        Raises
+        ------
+        click.UsageError
+            The format writes several files, or one that is no text to be printed.
+        """
+        output = None if output == "-" else output
+        if output is None:
+            if not format_.single_file:
+                _refuse_several(format_, scene, "out/")
+            return cls(None)
+        if not output.endswith(format_.extensions) or os.path.isdir(output):
+            return cls(output)
+        folder, name = os.path.split(output)
+        if len(format_.extensions) > 1:
+            _refuse_several(format_, scene, folder or ".")
+        return cls(folder or ".", name)
+
+    def guard(self, asked: RememberedScene, format_: Emitter) -> None:
+        """Refuse to replace what the command reads."""
+        if self.name is not None and self.folder is not None:
+            guard(asked, {"-o": os.path.join(self.folder, self.name)})
+        elif self.folder is not None:
+            guard_folder(self.folder, asked, format_)
+
+    def named(self, files: Mapping[str, bytes]) -> Mapping[str, bytes]:
+        """Return the files under the name that is given, if one is."""
+        if self.name is None:
+            return files
+        (content,) = files.values()
+        return {self.name: content}
+
+
+def _refuse_several(chosen: Emitter, scene: str, folder: str) -> None:
     names = " and ".join("NAME" + extension for extension in chosen.extensions)
-    command = f"lagrange emit {shlex.quote(scene)} --to {chosen.name} -o out/"
+    command = f"lagrange emit {shlex.quote(scene)} --to {chosen.name} -o {shlex.quote(folder)}"
     raise click.UsageError(
         f"format '{chosen.name}' writes {names}: name a folder for them, as in\n  {command}"
     )
@@ -60,7 +114,8 @@ def _refuse_several(chosen: Emitter, scene: str) -> None:
 )
 @options.file(
     "-o --output",
-    "Write into this folder.  [default: standard output, for formats of one file]",
+    "Write into this folder, or this file if it ends as one of the format."
+    "  [default: standard output, for formats of one file]",
     callback=options.not_empty,
     metavar="PATH",
 )
@@ -88,8 +143,7 @@ def emit(
 
     TikZ and SVG are sketches of the system at its start."""
     format_ = EMITTERS[to]
-    if output is None and not format_.single_file:
-        _refuse_several(format_, scene)
+    target = _Target.of(output, format_, scene)
     way = options.way_of(steps, by)
     if way is not None and not format_.shows_steps:
         shown = " and ".join(name for name, format_ in EMITTERS.items() if format_.shows_steps)
@@ -105,8 +159,7 @@ def emit(
         formulation=formulation,
         steps=way,
     )
-    if output is not None:
-        guard_folder(output, asked, format_)
+    target.guard(asked, format_)
 
     def emitted(derivation: Derivation) -> Any:
         name = derivation.equations.presentation.name
@@ -114,10 +167,11 @@ def emit(
 
     question, stage = (to, sorted(format_options.items())), f"writing {format_.title}"
     answer = asked.answer("emit", question, stage, emitted, reads_recordings=True)
-    if output is None:
+    if target.folder is None:
         print_text("".join(answer["files"].values()))
         return
     package = format_.package(answer["name"], answer["files"])
-    for path in write_files(output, package.files):
+    for path in write_files(target.folder, target.named(package.files)):
         session.remark(f"wrote {path}")
-    session.tell((), [*format_.renamed(answer["name"]), *package.remarks])
+    renamed = [] if target.name is not None else format_.renamed(answer["name"])
+    session.tell((), [*renamed, *package.remarks])

@@ -7,11 +7,16 @@ led to them, and refused where it is not near them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from textwrap import wrap
 
 from lagrange_cli.emit.languages.interface import Interface, Projection
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.template_files import filled, template
+
+#: Constants of one statement.
+_A_STATEMENT = 200
+
+#: Letters of a line of constants.
+_WIDTH = 90
 
 
 def main_program(interface: Interface) -> str:
@@ -23,8 +28,9 @@ def main_program(interface: Interface) -> str:
     width = max(map(len, map(comment_text, names)))
     fields = ", ".join(f"values({states + 1 + k})" for k, _ in enumerate(interface.parameters))
     lists = {
-        "@VALUES@": [f"{x or 0.0!r}_wp" for x in values],
-        "@KNOWN@": [f".{x is not None}.".lower() for x in values],
+        "names": [*map(_quoted, names)],
+        "values": [f"{x or 0.0!r}_wp" for x in values],
+        "known": [f".{x is not None}.".lower() for x in values],
     }
     projection = interface.projection
     replacements = {
@@ -37,13 +43,31 @@ def main_program(interface: Interface) -> str:
         "@TOTAL@": str(len(names)),
         "@START@": f"{interface.start!r}_wp",
         "@PARAMETERS@": f"p = parameters({fields})",
-        "@NAMES@": f"[character(len={width}) :: " + ", &\n    ".join(map(_quoted, names)) + "]",
-        **{
-            token: "[" + " &\n    ".join(wrap(", ".join(texts), 90)) + "]"
-            for token, texts in lists.items()
-        },
+        "@WIDTH@": str(width),
+        "@DATA@": "".join(
+            f"  data {array} / &\n    {_broken(part)} /\n"
+            for name, texts in lists.items()
+            for array, part in _parts(name, texts)
+        ),
     }
     return filled(template("fortran", "main.f90"), replacements)
+
+
+def _parts(name: str, texts: Sequence[str]) -> Iterator[tuple[str, Sequence[str]]]:
+    """Yield parts of an array with their texts, since a statement has 255 further lines at most."""
+    for start in range(0, len(texts), _A_STATEMENT):
+        part = texts[start : start + _A_STATEMENT]
+        yield f"{name}({start + 1}:{start + len(part)})", part
+
+
+def _broken(texts: Sequence[str]) -> str:
+    """Return constants over several lines, of which each is on one."""
+    lines: list[list[str]] = [[]]
+    for text in texts:
+        if lines[-1] and len(", ".join([*lines[-1], text])) >= _WIDTH:
+            lines.append([])
+        lines[-1].append(text)
+    return ", &\n    ".join(map(", ".join, lines))
 
 
 def _begun(interface: Interface) -> str:

@@ -199,6 +199,34 @@ def test_arguments_that_are_no_values_are_refused(driver, tmp_path):
         assert f"{word}: not NAME=NUMBER with a known name" in done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+@pytest.mark.parametrize("language", ["javascript", "rust", "cpp"])
+def test_a_full_disk_is_told(language, tmp_path):
+    """Octave and the library of gfortran pass over it."""
+    driver = DRIVERS[language]
+    driver.require()
+    module = driver.emitted(derived("bead_on_parabola"), tmp_path / "module")
+    with open("/dev/full", "w") as full:
+        command = driver.script(module, ["until=1"])
+        done = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=module.folder
+        )
+    assert done.returncode == 1
+    assert "the table could not be written" in done.stderr
+
+
+@pytest.mark.slow
+def test_programs_of_fortran_hold_many_coordinates(tmp_path):
+    """A statement has 255 further lines at most, which is fewer than the 320 names of this one."""
+    driver = DRIVERS["fortran"]
+    driver.require()
+    chain = load(ROOT / "systems/chains/fput.yaml", parameters={"n": 160}).derive().equations
+    module = driver.emitted(chain, tmp_path / "module")
+    (first, *_) = driver.rows(module, until=0.1, steps=1)
+    assert first[1:161] == pytest.approx([math.sin(math.pi * i / 161) for i in range(1, 161)])
+
+
 @every_language
 @pytest.mark.parametrize("name", ["bouncing_ball", "seismometer"])
 def test_what_a_language_lacks_is_refused_at_a_place(driver, name):

@@ -972,23 +972,21 @@ program pendulum_main
   use pendulum, only: parameters, integrate, project, is_near
   implicit none
   integer, parameter :: states = 4, rows = 500, total = 9
-  character(len=*), parameter :: names(total) = [character(len=6) :: 'x', &
-    'z', &
-    'dot(x)', &
-    'dot(z)', &
-    'm', &
-    'l', &
-    'g', &
-    'until', &
-    'steps']
   real(wp), parameter :: start = 0.0_wp
-  real(wp) :: values(total) = [0.9092974268256817_wp, 0.4161468365471424_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 9.81_wp, &
-    20.0_wp, 20.0_wp]
-  logical :: known(total) = [.true., .true., .true., .true., .true., .true., .true., .true., .true.]
+  character(len=6) :: names(total)
+  real(wp) :: values(total)
+  logical :: known(total)
   type(parameters) :: p
   character(len=1000) :: argument
   real(wp) :: y(states), t, stated(4)
   integer :: i, row, status
+  data names(1:9) / &
+    'x', 'z', 'dot(x)', 'dot(z)', 'm', 'l', 'g', 'until', 'steps' /
+  data values(1:9) / &
+    0.9092974268256817_wp, 0.4161468365471424_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 9.81_wp, &
+    20.0_wp, 20.0_wp /
+  data known(1:9) / &
+    .true., .true., .true., .true., .true., .true., .true., .true., .true. /
 
   do i = 1, command_argument_count()
     call get_command_argument(i, argument)

@@ -789,6 +789,10 @@ export function main(given) {
 
 if (typeof process === 'object' && process.argv[1] && import.meta.url.endsWith(
     `/${encodeURIComponent(process.argv[1].split(/[\\/]/).pop())}`)) {
+  process.stdout.on('error', (error) => {
+    console.error(`the table could not be written: ${error.message}`);
+    process.exitCode = 1;
+  });
   const problem = main(process.argv.slice(2));
   if (problem) {
     console.error(problem);
