@@ -183,12 +183,12 @@ def method_of(name: str) -> type[Integrator]:
     InputError
         There is none.
     """
-    found = {known.casefold(): method for known, method in INTEGRATORS.items()}.get(name.casefold())
-    if found is None:
+    methods = {known.casefold(): method for known, method in INTEGRATORS.items()}
+    if name.casefold() not in methods:
         known = f"methods: {AUTO}, {', '.join(INTEGRATORS)}"
         close = nearest(name, INTEGRATORS) or nearest(name.upper(), INTEGRATORS)
         raise _refused(f"unknown method '{name}'", f"{close}\n{known}" if close else known)
-    return found
+    return methods[name.casefold()]
 
 
 def _until(model: Model, until: float | None) -> float:

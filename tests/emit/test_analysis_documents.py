@@ -151,7 +151,8 @@ def test_a_matrix_of_twelve_columns_and_a_vector_of_twenty_four_fit(options, tmp
 def test_a_wide_matrix_comes_in_groups_of_columns_in_a_terminal():
     found = loads(ROW_OF_SPRINGS.replace("n: 12", "n: 8"), file="row.yaml").derive()
     analysis = found.analyze("modes")
-    lines = analysis.text().partition("largest amplitude 1:\n")[2].partition("\n\n")[0].split("\n")
+    text = analysis.text().partition("largest amplitude 1:\n")[2]
+    lines = text.partition("\n\n")[0].rstrip().split("\n")
     assert [line.split(" = ")[0].strip() for line in lines[::8]] == ["Φ[1..8,1..6]", "Φ[1..8,7..8]"]
     assert max(map(len, lines)) <= 80
     rows = [[float(x) for x in line.partition(" = ")[2].split() or line.split()] for line in lines]

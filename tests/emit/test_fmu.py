@@ -467,6 +467,27 @@ def test_what_is_not_allowed_is_an_error(unit, version):
                 cart.set(**{name: 1.0})
 
 
+FRICTION = """
+name: stick
+parameters: {m: 1, k: 10, F: 2}
+coordinates: [x]
+kinetic: {block: m*dot(x)^2/2}
+potentials: {spring: k*x^2/2}
+forces: {friction: {on: x, force: -F*sign(dot(x))}}
+initial: {x: 1, dot(x): 0}
+simulate: {until: 5, accuracy: 1e-9}
+"""
+
+
+def test_dry_friction_at_rest_is_the_reason_of_steps_that_become_too_small(tmp_path, capfd):
+    compiler()
+    path = tmp_path / "stick.fmu"
+    path.write_bytes(loads(FRICTION).derive().package("fmu").files["stick.fmu"])
+    with pytest.raises(Exception, match="DoStep"):
+        fmpy.simulate_fmu(str(path), fmi_type="CoSimulation", stop_time=5.0)
+    assert "as those of dry friction where a body comes to rest" in capfd.readouterr().out
+
+
 def test_texts_of_a_scene_stay_texts(derivation):
     for version in VERSIONS:
         texts = derivation("driven_cart").emit("fmu", fmi=version)

@@ -330,10 +330,10 @@ class _Question:
         )
         if size and apart > _APART * size and not self.drifting:
             return Stability("stable in the linear approximation", _NOT_POSITIVE)
-        if (held := self.held_without_force()) is not None:
+        if (coordinate := self.held_without_force()) is not None:
             reason = Phrase(
                 "beside its rest {name} may stay, and {names} drift ever faster",
-                name=held,
+                name=coordinate,
                 names=self.at.free,
             )
             return Stability("unstable", reason)

@@ -35,7 +35,7 @@ def _list(ctx: click.Context, option: click.Parameter, value: bool) -> None:
 
 @dataclass(frozen=True)
 class _Target:
-    """Where files go: into a folder, under their own names or one that is given; or to a terminal.
+    """Destination of files: a folder, with their own names or a given one, or standard output.
 
     Attributes
     ----------

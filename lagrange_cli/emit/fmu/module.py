@@ -43,6 +43,12 @@ _MOST_LINEARIZED = 64
 #: Version of the standard → template of the functions that it asks for.
 _INTERFACES = {"2": "fmi2", "3": "fmi3"}
 
+#: What a unit says of steps that became too small where forces jump.
+_JUMPS = (
+    ": forces jump with a sign, as those of dry friction where a body comes to rest,"
+    " which a unit does not follow"
+)
+
 #: Options beside those of every compilation: functions of the interface alone can be seen, so that
 #: units of one name can be loaded side by side; ``-s`` leaves out names of files.
 _OPTIONS = ("-O2", "-fvisibility=hidden", "-s")
@@ -135,6 +141,9 @@ def _token(*texts: str) -> str:
 
 def _wrapper(unit: FmiUnit, header: str, version: str) -> str:
     """Return the C of the interface around the emitted functions."""
+    # Here and not above: a unit whose texts are remembered is packed without mathematics.
+    from lagrange_cli.mechanics.kinks import JUMPING
+
     system = unit.equations.system
     closures, contacts = len(system.closures), len(system.contacts)
     positions = sum(closure.kind == "position" for closure in system.closures)
@@ -156,6 +165,7 @@ def _wrapper(unit: FmiUnit, header: str, version: str) -> str:
         "@LINEARIZED@": str(int(unit.linearized)),
         "@TOLERANCE@": repr(unit.tolerance),
         "@TOKEN@": unit.token,
+        "@JUMPS@": _JUMPS if any(f.atoms(*JUMPING) for f in system.forcing) else "",
         "@STARTS@": ", ".join(map(repr, starts)),
         "@INPUT_STARTS@": ", ".join(map(repr, inputs)) or "0.0",
         "@COMPUTED@": ", ".join(str(int(known)) for known in computed) or "0",
