@@ -42,6 +42,17 @@ class StateLayout:
         """Places of the states of first order."""
         return slice(2 * self.coordinates, self.size)
 
+    @cached_property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the numbers of y in programs: ``q0, …``, ``v0, …``, ``z0, …``."""
+        counts = {"q": self.coordinates, "v": self.coordinates, "z": self.states}
+        return tuple(f"{letter}{k}" for letter, count in counts.items() for k in range(count))
+
+    def place(self, letter: str, number: int) -> int:
+        """Place in y of a variable of programs."""
+        first = {"q": self.positions, "v": self.velocities, "z": self.first_order}
+        return int(first[letter].start) + number
+
     def names(self, coordinates: Sequence[str], states: Sequence[str] = ()) -> tuple[str, ...]:
         """Name the numbers of y: coordinates, then their ``dot``, then states."""
         return (*coordinates, *(f"dot({name})" for name in coordinates), *states)

@@ -21,7 +21,9 @@ from lagrange_cli.analysis.equilibria.configuration import Configuration, config
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
 from lagrange_cli.analysis.equilibria.search import SearchResult, search, with_exact
+from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
 from lagrange_cli.analysis.equilibria.steady import SteadySystem, steady_system, turning_names
+from lagrange_cli.analysis.linear.first_order import FirstOrder
 from lagrange_cli.analysis.linear.linearize import (
     exact_matrices,
     in_doubles,
@@ -78,10 +80,13 @@ def analyze(
     if branches is not None and steady:
         message = Phrase("branches are those of equilibria, not of steady motions")
         raise InputError(Problem(message, rule="analysis-branches"))
+    if equations.system.states and (branches is not None or steady):
+        message = Phrase("equilibria alone are sought where there are states of first order")
+        raise InputError(Problem(message, rule="analysis-states"))
     everything = not parts and branches is None
     wanted = [part for part in PARTS if part in parts or everything]
     turning = turning_names(equations) if steady else ()
-    configuration = configuration_at(equations, at or {}, turning)
+    configuration = configuration_at(with_state_coordinates(equations), at or {}, turning)
     result = Analysis(equations)
     if branches is not None:
         if configuration.coordinates and not wanted:
@@ -252,14 +257,18 @@ def linearization(system: RestSystem, point: Equilibrium) -> Linearization:
     """
     linear = linear_system(system, point)
     names = [c.name for c in system.equations.system.coordinates]
-    matrices = (linear.mass, linear.damping, linear.stiffness)
-    mass, damping, stiffness = (in_doubles(m) for m in matrices)
+    order = FirstOrder.of_system(system, linear)
+    moving, placed = order.moving, order.placed
+    mass = in_doubles(linear.mass)[:moving, :moving]
+    damping = in_doubles(linear.damping)[:moving, :moving]
+    stiffness = in_doubles(linear.stiffness)[:moving, :placed]
     space = state_space(system, linear, point)
     require_doubles(mass, damping, stiffness, space.a, space.b, space.c, space.d)
     exact = exact_matrices(system, point)
-    coordinates = tuple(names[j] for j in linear.independent)
-    directions = in_doubles(linear.positions)
-    return Linearization(point, coordinates, mass, damping, stiffness, space, exact, directions)
+    coordinates = tuple(names[j] for j in linear.independent[:moving])
+    directions = in_doubles(linear.positions)[: system.moving, :placed]
+    matrices = mass, damping, stiffness
+    return Linearization(point, coordinates, *matrices, space, exact, directions, system.states)
 
 
 def _modes(system: RestSystem, linear: Linearization, chosen: bool) -> tuple[Mode, ...]:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -126,5 +128,7 @@ class Analysis:
 
     @property
     def rest_equations(self) -> Equations:
-        """Equations of the coordinates that are at rest in an equilibrium or steady motion."""
-        return self.equations if self.steady is None else self.steady.equations
+        """Equations of what is at rest in an equilibrium or steady motion, states among it."""
+        if self.steady is not None:
+            return self.steady.equations
+        return with_state_coordinates(self.equations)

@@ -67,7 +67,7 @@ class SampledValues:
         Symbol → its number. Numbers of size 1 are drawn, so that none is lost beside another, where
         expressions have values with them; else they are near those of the scene.
     states
-        Symbol of q, v, t or an input → its numbers, shape (states,).
+        Symbol of q, v, t, an input or a state → its numbers, shape (states,).
     """
 
     def __init__(self, equations: Equations, number: int, seed: int = 1) -> None:
@@ -81,7 +81,7 @@ class SampledValues:
         """Draw states of size 1, or around the initial one and with the scene's parameters."""
         equations, random = self._equations, self._random
         coordinates = equations.system.coordinates
-        symbols = [equations.system.t, *(u.symbol for u in equations.system.inputs)]
+        symbols = [equations.system.t, *(x.symbol for x in equations.system.external)]
         symbols += [s for c in coordinates for s in (c.q, c.v)]
         numbers = [p.value if width else None for p in equations.system.parameters]
         self.parameters = {

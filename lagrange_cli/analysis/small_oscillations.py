@@ -117,6 +117,10 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     InternalError
         Closed forms disagree with numbers.
     """
+    if equations.system.states:
+        message = "there are no small oscillations of states, whose rates are of first order"
+        hint = "lagrange analyze has the linear system and its poles"
+        raise InputError(Problem(message, hint=hint, rule="no-oscillations"))
     try:
         linear = analyze(equations, ("linearization",)).linearization
         assert linear is not None
@@ -250,7 +254,7 @@ def _displacements(
         c.name for c in equations.system.cartesian_names
     }
     taken |= {p.name for p in equations.system.parameters} | {
-        u.name for u in equations.system.inputs
+        x.name for x in equations.system.external
     }
     letters = ("eta", "xi", "delta", "etaeta")
     letter = next(x for x in letters if not any(f"{x}_{c.name}" in taken for c in coordinates))

@@ -229,6 +229,8 @@ class Linearization:
     directions
         Displacements of all coordinates, one column for each that positions of the state space
         are of.
+    states
+        States of first order, which M, C and K hold at rest; the state space has them last.
     """
 
     at: Equilibrium
@@ -239,6 +241,7 @@ class Linearization:
     state_space: StateSpace
     exact: ExactMatrices | None = None
     directions: Matrix = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    states: tuple[str, ...] = ()
 
     @property
     def dissipative(self) -> Matrix:

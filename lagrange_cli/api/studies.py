@@ -104,10 +104,9 @@ def fit(
     table = read_measurements(os.fspath(measurements))
     equations = derived.equations
     numbers: dict[str, float | None] = {p.name: p.value for p in equations.system.parameters}
-    state = equations.system.initial
-    for k, c in enumerate(equations.system.coordinates):
-        numbers[c.name] = None if state is None else state.positions[k]
-        numbers[f"dot({c.name})"] = None if state is None else state.velocities[k]
+    names, state = equations.system.state_names, equations.system.initial
+    unknown = (None,) * len(names)
+    numbers |= dict(zip(names, unknown if state is None else state.numbers, strict=True))
     positive = [p.name for p in equations.system.parameters if p.positive]
     parameters = {p.name for p in equations.system.parameters}
 
@@ -151,8 +150,7 @@ def lyapunov(
     """
     from lagrange_cli.studies.lyapunov import lyapunov_exponents
 
-    names = [c.name for c in derived.equations.system.coordinates]
-    starts = [*names, *(f"dot({name})" for name in names)]
+    starts = derived.equations.system.state_names
     model = derived.model(starts)
     return lyapunov_exponents(model, until, accuracy=accuracy, progress=progress)
 

@@ -228,7 +228,7 @@ def _shows_at_states(e: Expr) -> bool:
 def _symbols(equations: Equations) -> list[Symbol]:
     moving = [s for c in equations.system.coordinates for s in (c.q, c.v, c.a)]
     driven = [closure.multiplier for closure in equations.system.pushing]
-    driven += [entry.symbol for entry in equations.system.inputs]
+    driven += [entry.symbol for entry in equations.system.external]
     return [equations.system.t, *moving, *(p.symbol for p in equations.system.parameters), *driven]
 
 

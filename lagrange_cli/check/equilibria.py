@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
@@ -15,6 +15,8 @@ from lagrange_cli.scene.language.expression import Expression
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from sympy import Expr, Symbol
 
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.analysis.values import Equilibria, Equilibrium
@@ -93,12 +95,10 @@ def _listed_laws(system: RestSystem, equations: Equations) -> str:
 
 def _law(point: Equilibrium, equations: Equations) -> str:
     """``theta any where m*g*a = b*F``."""
-    pairs = zip(equations.system.coordinates, point.exact or (), strict=True)
+    pairs = zip(_placed(equations), point.exact or (), strict=True)
     place = ", ".join(
-        f"{c.name} any"
-        if c.name in point.free
-        else f"{c.name} = {to_scene_language(value, equations)}"
-        for c, value in pairs
+        f"{name} any" if name in point.free else f"{name} = {to_scene_language(value, equations)}"
+        for name, value in pairs
     )
     conditions = " and ".join(
         f"{to_scene_language(c.smaller, equations)} {c.relation} "
@@ -145,14 +145,20 @@ def _one_equilibrium(
 
 
 def _places(point: Equilibrium, equations: Equations) -> dict[str, float]:
-    """Evaluate the coordinates at an equilibrium, and the Cartesian names that have values."""
-    position = point.position or ()
-    pairs = zip(equations.system.coordinates, position, strict=True)
-    known = {c.q: x for c, x in pairs}
+    """Evaluate coordinates, states and Cartesian names that have values, at an equilibrium."""
+    placed = _placed(equations)
+    known: dict[Expr, Any] = dict(zip(placed.values(), point.position or (), strict=True))
     known |= {p.symbol: p.value for p in equations.system.parameters if p.value is not None}
     values = {c.name: c.position.subs(known) for c in equations.system.cartesian_names}
     numbers = {name: float(value) for name, value in values.items() if value.is_number}
-    return numbers | {c.name: float(known[c.q]) for c in equations.system.coordinates}
+    return numbers | {name: float(known[symbol]) for name, symbol in placed.items()}
+
+
+def _placed(equations: Equations) -> dict[str, Symbol]:
+    """Return the symbols of the numbers of an equilibrium by name: coordinates, then states."""
+    system = equations.system
+    symbols = {c.name: c.q for c in system.coordinates}
+    return symbols | {state.name: state.symbol for state in system.states}
 
 
 def _agrees(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Coordinate, Parameter
+    from lagrange_cli.mechanics.system import Coordinate, Parameter, State
 
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
@@ -160,7 +160,7 @@ def domain_note(equations: Equations) -> list[str]:
     return [f"All of this holds only where these are positive: {names}."] if names else []
 
 
-def described(quantity: Coordinate | Parameter) -> str:
+def described(quantity: Coordinate | Parameter | State) -> str:
     """Name, unit and description, as far as there are any, as text of a comment."""
     text = comment_text(quantity.name)
     if quantity.unit:

@@ -69,7 +69,7 @@ def programs_of_momenta(equations: Equations) -> dict[str, Program]:
     Raises
     ------
     InputError
-        There are multipliers, or momenta do not determine the velocities.
+        There are multipliers or states, or momenta do not determine the velocities.
     """
     # Here and not above: simulation prints C too, and never this.
     from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
@@ -83,6 +83,10 @@ def programs_of_momenta(equations: Equations) -> dict[str, Program]:
         )
         hint = "--formulation minimal finds coordinates that obey constraints, where there are some"
         raise _refused(equations, message, hint)
+    if equations.system.states:
+        message = f"the state '{equations.system.states[0].name}' has no momentum"
+        hint = "emit the equations of motion, without --with canonical"
+        raise _refused(equations, f"canonical equations are not emitted: {message}", hint)
     if is_quadratic(equations, range(len(equations.system.coordinates))):
         return canonical_programs(equations)
     form = hamiltonian_form(equations)

@@ -42,6 +42,7 @@ from lagrange_cli.mechanics.findings import Conserved, DerivationSources
 from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
+from lagrange_cli.mechanics.initial.state_starts import with_states
 from lagrange_cli.mechanics.initial.suggestions import degrees_remarks, possible_start
 from lagrange_cli.mechanics.initial.written_start import written_start
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -101,7 +102,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     structure = structure_facts(derivation)
     announce("finding the initial state")
     chart = replaced_chart(derivation)
-    initial = starting_state(derivation, chart)
+    initial = with_states(derivation.reduced, starting_state(derivation, chart))
     certify_energy(evidence, whole_energy)
     system = _system(derivation, whole_energy, initial, chart)
     known = Derivation(
@@ -133,6 +134,7 @@ def _system(
         parameters=tuple(_parameters(reduced)),
         coordinates=reduced.coordinates,
         inputs=tuple(_inputs(reduced)),
+        states=reduced.states,
         functions=reduced.scene.functions,
         particles=tuple(_particles(derivation)),
         cartesian_names=tuple(_cartesian_names(derivation)),
@@ -345,6 +347,7 @@ def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
     angles = {c.name for c in coordinates if c.is_angle}
     names = [c.name for c in coordinates] + [symbol.name for symbol in reduced.resolved]
     names += [output.name for output in reduced.scene.outputs]
+    names += [state.name for state in reduced.scene.states]
     return units(reduced.scene, angles, names)
 
 

@@ -48,7 +48,7 @@ def energy_balance(
         It is not the rate of the energy at a state of the certificate.
     """
     reduced = derivation.reduced
-    if not derivation.lagrangian.free_symbols.isdisjoint(reduced.names.inputs.values()):
+    if not derivation.lagrangian.free_symbols.isdisjoint(reduced.names.external.values()):
         return None
     drag, friction = _friction(derivation)
     rate = sp.Add(_work(derivation), -friction)

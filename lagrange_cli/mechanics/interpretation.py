@@ -22,7 +22,7 @@ def interpret(
 ) -> sp.Expr:
     """Convert an expression of the scene language over the symbols of ``equations``.
 
-    Names are coordinates, parameters, inputs, Cartesian names, abbreviations, multipliers;
+    Names are coordinates, parameters, inputs, states, Cartesian names, abbreviations, multipliers;
     ``dot`` and ``ddot`` are total time derivatives. ``further`` gives names of momenta.
 
     Raises
@@ -40,9 +40,11 @@ def interpret(
     meanings.update((c.name, c.position) for c in equations.system.cartesian_names)
     meanings.update((p.name, p.symbol) for p in equations.system.parameters)
     meanings.update((u.name, u.symbol) for u in equations.system.inputs)
+    meanings.update((s.name, s.symbol) for s in equations.system.states)
     meanings.update((c.name, c.q) for c in equations.system.coordinates)
     chain = [(c.q, c.v) for c in equations.system.coordinates]
     chain += [(c.v, c.a) for c in equations.system.coordinates]
+    chain += [(s.symbol, s.rate) for s in equations.system.states]
     return to_sympy(
         expression,
         meanings.get,

@@ -38,7 +38,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.system import Closure, Coordinate
-from lagrange_cli.scene.checks.names import without_rate
+from lagrange_cli.scene.checks.external import without_rate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene
 
@@ -64,9 +64,11 @@ def structure_facts(derivation: Uncertified) -> Facts:
     diagonal = all(e == 0 for (j, k), e in mass.items() if j != k)
     symbols = inertia | forcing
     symbols = symbols.union(*(closure.expression.free_symbols for closure in derivation.pushing))
+    symbols |= symbols_of_all(state.rate for state in reduced.states)
     velocities = {c.v for c in reduced.coordinates}
     positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
-    apart = constant and not forcing & velocities
+    # A state has no momentum: no Hamiltonian is its own.
+    apart = constant and not forcing & velocities and not reduced.scene.states
     fixed = all(
         c.kind == "position" and reduced.names.t not in c.expression.free_symbols
         for c in derivation.closures
@@ -127,6 +129,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
     expressions = [
         *(p.value for p in scene.parameters),
         *(u.expression for u in scene.inputs),
+        *(s.rate for s in scene.states),
         *(p.mass for p in scene.particles),
         *(e for p in scene.particles for e in p.position),
         *(e for p in scene.points for e in p.position),
@@ -138,7 +141,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         *(t.expression for t in (*scene.potentials, *scene.kinetic, *scene.dissipation)),
         *(c for f in scene.forces for c in f.components),
         *(t.expression for t in scene.outputs),
-        *(i.value for i in (*scene.initial, *scene.near)),
+        *(i.value for i in (*scene.initial, *scene.state_starts, *scene.near)),
         scene.simulate.until,
         scene.simulate.start,
         scene.simulate.step,
@@ -155,19 +158,29 @@ def _unused(scene: Scene) -> tuple[str, ...]:
 
 
 def require_no_rates_of_inputs(derivation: Uncertified) -> None:
-    """Refuse inputs beside velocities in L: d/dt ∂L/∂q̇ would hold their rates.
+    """Refuse inputs and states beside velocities in L: d/dt ∂L/∂q̇ would hold their rates.
 
     Raises
     ------
     InputError
-        Located at the input.
+        Located at the input or state.
     """
     reduced = derivation.reduced
     velocities = {c.v for c in reduced.coordinates}
-    if derivation.extra.free_symbols.isdisjoint(reduced.names.inputs.values()):
+    if derivation.extra.free_symbols.isdisjoint(reduced.names.external.values()):
         return
     parts = [e.free_symbols for e in sp.Add.make_args(sp.expand_mul(derivation.extra))]
     coupled = set().union(*(symbols for symbols in parts if symbols & velocities))
+    for state in reduced.scene.states:
+        if reduced.names.states[state.name] in coupled:
+            raise InputError(
+                Problem(
+                    f"the state '{state.name}' stands beside velocities in the Lagrangian",
+                    state.mark,
+                    hint="momenta do not follow states: write a force on the coordinate",
+                    rule="misplaced-state",
+                )
+            )
     for term in reduced.scene.inputs:
         if reduced.names.inputs[term.name] in coupled:
             raise InputError(
@@ -319,8 +332,8 @@ def conserved_quantities(
         )
         for c in cyclic
     ]
-    inputs = derivation.reduced.names.inputs.values()
-    driven = inputs and not symbols_of_all([derivation.lagrangian]).isdisjoint(inputs)
+    external = derivation.reduced.names.external.values()
+    driven = external and not symbols_of_all([derivation.lagrangian]).isdisjoint(external)
     if evidence.energy_conserved and not driven:
         kind: Literal["energy", "jacobi"] = "energy" if evidence.energy_is_sum else "jacobi"
         parts = () if kind == "energy" else energy
@@ -364,7 +377,7 @@ def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
     moving, left_out = moving_part(derivation.lagrangian, coordinates, velocities)
     if 0 in (moving, left_out):
         return None
-    time = {reduced.names.t, *reduced.names.inputs.values()}
+    time = {reduced.names.t, *reduced.names.external.values()}
     if moving.free_symbols.isdisjoint(time) and not left_out.free_symbols.isdisjoint(time):
         return None
     terms = sp.Add.make_args(moving)

@@ -92,6 +92,28 @@ class Input:
 
 
 @dataclass(frozen=True)
+class State:
+    """A state of first order, ẋ = ``rate``.
+
+    Attributes
+    ----------
+    name, symbol
+        Its name in the scene, and its symbol.
+    rate
+        Its time derivative over coordinates, velocities, states, inputs and t.
+    unit, description, latex
+        Texts of the scene, None if absent.
+    """
+
+    name: str
+    symbol: Symbol
+    rate: Expr
+    unit: str | None = None
+    description: str | None = None
+    latex: str | None = None
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """A generalized coordinate.
 
@@ -259,23 +281,24 @@ class InitialState:
 
     Attributes
     ----------
-    positions, velocities
-        q and v as doubles, in the order of the coordinates.
+    positions, velocities, states
+        q and v as doubles, in the order of the coordinates, and states in theirs.
     projected
         Largest change made to a given value to satisfy the constraints, 0 if none.
     decimals
-        q and v with 40 digits; empty if only the doubles are known.
+        The state vector with 40 digits; empty if only the doubles are known.
     """
 
     positions: tuple[float, ...]
     velocities: tuple[float, ...]
     projected: float = 0.0
     decimals: tuple[str, ...] = field(default=(), compare=False)
+    states: tuple[float, ...] = ()
 
     @property
     def numbers(self) -> tuple[float, ...]:
         """The state vector."""
-        return (*self.positions, *self.velocities)
+        return (*self.positions, *self.velocities, *self.states)
 
 
 @dataclass(frozen=True)
@@ -336,6 +359,8 @@ class System:
         Independent equations between the coordinates; none in minimal form.
     contacts
         One-sided constraints, whose λ is zero while the gap is open.
+    states
+        States of first order. Their symbols may stand wherever those of inputs may.
     outputs
         Expressions that the scene asks for, by name, over (q, v, t).
     positive
@@ -365,6 +390,7 @@ class System:
     initial: InitialState | None
     simulate: SimulationDefaults
     inputs: tuple[Input, ...] = ()
+    states: tuple[State, ...] = ()
     functions: tuple[DeclaredFunction, ...] = ()
     closures: tuple[Closure, ...] = ()
     contacts: tuple[Contact, ...] = ()
@@ -376,17 +402,28 @@ class System:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of the state vector."""
-        return self.layout.names([c.name for c in self.coordinates])
+        return self.layout.names([c.name for c in self.coordinates], [s.name for s in self.states])
 
     @property
     def state_symbols(self) -> tuple[Symbol, ...]:
         """Symbols of the numbers of the state vector."""
-        return (*(c.q for c in self.coordinates), *(c.v for c in self.coordinates))
+        states = (s.symbol for s in self.states)
+        return (*(c.q for c in self.coordinates), *(c.v for c in self.coordinates), *states)
+
+    @property
+    def external(self) -> tuple[Input | State, ...]:
+        """Inputs and states, which virtual displacements leave alone."""
+        return (*self.inputs, *self.states)
+
+    @property
+    def external_symbols(self) -> frozenset[Symbol]:
+        """Symbols of inputs and states."""
+        return frozenset(x.symbol for x in self.external)
 
     @property
     def layout(self) -> StateLayout:
         """Layout of the state vector."""
-        return StateLayout(len(self.coordinates))
+        return StateLayout(len(self.coordinates), len(self.states))
 
     @property
     def formulation(self) -> Literal["minimal", "multiplier"]:

@@ -126,7 +126,7 @@ class Vocabulary:
 def vocabulary(
     equations: Equations, *, abbreviating: bool = False, omission: Omission | None = None
 ) -> Vocabulary:
-    """Parameters, multipliers, time, inputs and coordinates, in order of declaration.
+    """Parameters, multipliers, time, inputs, states and coordinates, in order of declaration.
 
     Parameters
     ----------
@@ -160,6 +160,10 @@ def vocabulary(
     atoms[equations.system.t] = ordering.symbol_of("t", Dependence.TIME, 0)
     for rank, source in enumerate(equations.system.inputs, 1):
         atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
+    for rank, state in enumerate(equations.system.states, len(equations.system.inputs) + 1):
+        atoms[state.symbol] = ordering.symbol_of(
+            state.name, Dependence.TIME, rank, latex=state.latex
+        )
     for rank, c in enumerate(equations.system.coordinates):
         for order, symbol in enumerate((c.q, c.v, c.a)):
             level = Dependence(Dependence.COORDINATE + order)
@@ -177,6 +181,7 @@ def latex_overrides(equations: Equations) -> dict[str, str]:
     names = dict(equations.presentation.latex)
     names |= {p.name: p.latex for p in equations.system.parameters if p.latex is not None}
     names |= {c.name: c.latex for c in equations.system.coordinates if c.latex is not None}
+    names |= {s.name: s.latex for s in equations.system.states if s.latex is not None}
     return names | {f.name: f.latex for f in equations.system.functions if f.latex is not None}
 
 

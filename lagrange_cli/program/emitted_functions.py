@@ -34,6 +34,12 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 
+def optional_outputs(equations: Equations) -> list[str]:
+    """List which of ``inputs`` and ``outputs`` the scene has."""
+    sections = (("inputs", equations.system.inputs), ("outputs", equations.system.outputs))
+    return [name for name, entries in sections if entries]
+
+
 def program_of(equations: Equations, name: str) -> Program:
     """Return the program of a function of one output; ``rhs`` gives the accelerations."""
     return build_program(equations, ["acceleration" if name == "rhs" else name])

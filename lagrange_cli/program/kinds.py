@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
+#: Output of a right-hand side that has the rates of the states of first order.
+STATE_RATES = "state_rates"
+
 
 class ProgramKind(Enum):
     """The quantity that a program computes, by which targets arrange its results."""

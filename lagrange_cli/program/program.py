@@ -2,9 +2,9 @@
 
 A program has inputs, assignments in an order in which each needs only what stands before it, and
 outputs by name. It names nothing after the scene: the inputs are ``t``, ``q0, q1, …``, ``v0, …``,
-``p0, …``, ``u0, …`` (coordinates, velocities, parameters, driven inputs, in the order of the
-Equations) and the assigned names ``w0, w1, …``. Only what the requested outputs need is computed,
-and each value once.
+``p0, …``, ``u0, …``, ``z0, …`` (coordinates, velocities, parameters, driven inputs, states of
+first order, in the order of the Equations) and the assigned names ``w0, w1, …``. Only what the
+requested outputs need is computed, and each value once.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lagrange_cli.program.graph.operands import (
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph, expand_angle_sums
-from lagrange_cli.program.kinds import ProgramKind
+from lagrange_cli.program.kinds import STATE_RATES, ProgramKind
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.solvers.blocks import (
     LARGEST_UNROLLED,
@@ -33,6 +33,7 @@ from lagrange_cli.program.solvers.blocks import (
 from lagrange_cli.program.solvers.jacobians import Jacobian, slopes_of, solve_jacobian
 from lagrange_cli.program.solvers.sensitivities import (
     LARGEST_WITH_SENSITIVITIES,
+    state_rates,
     with_sensitivities,
 )
 from lagrange_cli.program.systems.constraint_systems import (
@@ -81,8 +82,8 @@ class Program:
 
     Attributes
     ----------
-    coordinates, parameters, driven
-        Numbers of inputs ``q0, …``, ``p0, …`` and ``u0, …``.
+    coordinates, parameters, driven, states
+        Numbers of inputs ``q0, …``, ``p0, …``, ``u0, …`` and ``z0, …``.
     assignments
         Names and operands, each after those that it needs.
     outputs
@@ -112,11 +113,12 @@ class Program:
     results: int = 0
     kind: ProgramKind = ProgramKind.VALUES
     jacobian: Jacobian | None = None
+    states: int = 0
 
     @property
     def layout(self) -> StateLayout:
         """Layout of the state vector that is read."""
-        return StateLayout(self.coordinates)
+        return StateLayout(self.coordinates, self.states)
 
     @property
     def is_large(self) -> bool:
@@ -174,12 +176,6 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
 
 #: Output → the system with the mass matrix that it solves.
 SYSTEMS = {**CLOSURE_SYSTEMS, **CONTACT_SYSTEMS, **CANONICAL_SYSTEMS}
-
-
-def optional_outputs(equations: Equations) -> list[str]:
-    """List which of ``inputs`` and ``outputs`` the scene has."""
-    sections = (("inputs", equations.system.inputs), ("outputs", equations.system.outputs))
-    return [name for name, entries in sections if entries]
 
 
 def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool = True) -> Program:
@@ -311,10 +307,16 @@ def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> P
             system = SYSTEMS[name](equations)
             blocks, solution = _solution(values, equations, system)
             wanted.extend(solution)
+            if equations.system.states and _solves_motion(name):
+                wanted.append((STATE_RATES, state_rates(values, equations)))
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
     program = _ordered(values, equations, wanted, blocks)
     return replace(program, kind=_kind(outputs, bool(blocks)))
+
+
+def _solves_motion(output: str) -> bool:
+    return _KINDS.get(output.removeprefix("contact_")) is ProgramKind.RIGHT_HAND_SIDE
 
 
 def _ordered(
@@ -335,8 +337,9 @@ def _scheduled(
 ) -> Program:
     """Write the statements that compute some values, each where it is first needed."""
     assignments, outputs = schedule(values, wanted)
-    n, parameters = len(equations.system.coordinates), len(equations.system.parameters)
-    return Program(n, parameters, assignments, outputs, driven=len(equations.system.inputs))
+    s = equations.system
+    n, p, u, z = map(len, (s.coordinates, s.parameters, s.inputs, s.states))
+    return Program(n, p, assignments, outputs, driven=u, states=z)
 
 
 def _grouped(program: Program) -> Program:
@@ -357,7 +360,7 @@ def _solution(
 
 #: Name of the variables of a derivative → their symbols.
 _COLUMNS: dict[str, Callable[[Equations], list[Symbol]]] = {
-    "state": lambda e: [*(c.q for c in e.system.coordinates), *(c.v for c in e.system.coordinates)],
+    "state": lambda e: list(e.system.state_symbols),
     "inputs": lambda e: [source.symbol for source in e.system.inputs],
     "parameters": lambda e: [
         p.symbol
@@ -443,4 +446,5 @@ def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
     inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.system.inputs))
     inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.system.coordinates))
     inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.system.coordinates))
+    inputs.extend((s.symbol, f"z{i}", 4) for i, s in enumerate(equations.system.states))
     return inputs

@@ -174,11 +174,12 @@ class ScalingReader:
         """Read units, and values of start and end: with numbers in them, they need not fit."""
         units = {p.name: p.unit for p in scene.parameters}
         units |= {c.name: c.unit for c in scene.coordinates or ()}
+        units |= {s.name: s.unit for s in scene.states}
         for name, text in units.items():
             unit = None if text is None else _unit(text)
             if unit is not None:
                 self.same(form_of(name), unit)
-        for value in (*scene.initial, *scene.near):
+        for value in (*scene.initial, *scene.state_starts, *scene.near):
             if any(_names(value.value)):
                 self._is(value.value, form_of(value.name, **({TIME: -1} if value.order else {})))
         for time in (scene.simulate.until, scene.simulate.start):
@@ -189,6 +190,9 @@ class ScalingReader:
         for parameter in scene.parameters:
             if parameter.value is not None and any(_names(parameter.value)):
                 self._is(parameter.value, form_of(parameter.name), f"'{parameter.name}'")
+        for state in scene.states:
+            rate = form_of(state.name, **{TIME: -1})
+            self._is(state.rate, rate, f"the rate of '{state.name}'")
         for declared in scene.inputs:
             if declared.expression is not None:
                 self._is(declared.expression, form_of(declared.name), f"'{declared.name}'")

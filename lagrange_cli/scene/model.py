@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from lagrange_cli.errors import Mark, Problem
-from lagrange_cli.files import FileColumn, Recording, Table
+from lagrange_cli.files import FileColumn, Table
 from lagrange_cli.scene.conditions import Expect, InitialValue, WrittenDefaults
+from lagrange_cli.scene.declared_numbers import DeclaredInput, DeclaredParameter, DeclaredState
 from lagrange_cli.scene.language.expression import Equation, Expression
 
 
@@ -51,51 +52,6 @@ class FamilyIndex:
 
     letter: str
     size: str | None
-
-
-@dataclass(frozen=True, slots=True)
-class DeclaredParameter:
-    """A named constant.
-
-    Attributes
-    ----------
-    name, mark
-        Its name and its place.
-    value
-        Its value, None if it stays symbolic.
-    unit, description, latex
-        Texts for readers, None if absent.
-    positive
-        True if the scene declares it positive.
-    """
-
-    name: str
-    mark: Mark
-    value: Expression | None = None
-    unit: str | None = None
-    positive: bool = False
-    description: str | None = None
-    latex: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class DeclaredInput:
-    """A given function of time.
-
-    Attributes
-    ----------
-    name, mark
-        Its name and its place.
-    expression
-        Its value over t and parameters, None if it is recorded.
-    recording
-        The file that holds its values, None if it is an expression.
-    """
-
-    name: str
-    mark: Mark
-    expression: Expression | None = None
-    recording: Recording | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,6 +331,8 @@ class Scene:
         Names of the coordinates that are declared positive, also if others replace them.
     eliminated
         Names of coordinates that constraints are to determine after all.
+    states, state_starts
+        States of first order, and their given initial values.
     starts
         Coordinates, each with the parameter for its start in constants of integration.
     potentials, kinetic, dissipation, outputs
@@ -411,6 +369,8 @@ class Scene:
     starts: tuple[tuple[str, str], ...] = ()
     definitions: tuple[Definition, ...] = ()
     inputs: tuple[DeclaredInput, ...] = ()
+    states: tuple[DeclaredState, ...] = ()
+    state_starts: tuple[InitialValue, ...] = ()
     potentials: tuple[Term, ...] = ()
     kinetic: tuple[Term, ...] = ()
     forces: tuple[Force, ...] = ()
@@ -444,6 +404,7 @@ class Scene:
         yield from (f.expression for f in self.functions if f.expression is not None)
         yield from (d.expression for d in self.definitions)
         yield from (u.expression for u in self.inputs if u.expression is not None)
+        yield from (s.rate for s in self.states)
         for term in (*self.potentials, *self.kinetic, *self.dissipation, *self.outputs):
             yield term.expression
         yield from (c for f in self.forces for c in f.components)

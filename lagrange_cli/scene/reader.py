@@ -67,6 +67,7 @@ SECTIONS: dict[str, _Section] = {
     "sizes": _Section(declarations.read_sizes, declares=True),
     "parameters": _Section(declarations.read_parameters, declares=True),
     "inputs": _Section(declarations.read_inputs, declares=True),
+    "states": _Section(declarations.read_states, declares=True),
     "functions": _Section(declarations.read_functions, declares=True),
     "particles": _Section(declarations.read_particles, declares=True),
     "points": _Section(declarations.read_points, declares=True),
@@ -184,7 +185,20 @@ def read_text(
         if not reading.problems.errors:
             check_units(scene, reading.problems)
     reading.problems.raise_if_any()
-    return override_times(replace(scene, warnings=reading.problems.warnings), times or {})
+    scene = replace(_with_starts_apart(scene), warnings=reading.problems.warnings)
+    return override_times(scene, times or {})
+
+
+def _with_starts_apart(scene: Scene) -> Scene:
+    """Take initial values of states out of those of coordinates."""
+    states = {state.name for state in scene.states}
+    if not states:
+        return scene
+    return replace(
+        scene,
+        initial=tuple(v for v in scene.initial if v.name not in states),
+        state_starts=tuple(v for v in scene.initial if v.name in states),
+    )
 
 
 def expected_error(data: bytes | str, file: str = "<text>") -> ErrorExpectation | None:

@@ -92,6 +92,20 @@ _INPUT = _either(
     ),
 )
 
+_STATE_OF_FIRST_ORDER = _either(
+    _expression("Its rate over coordinates, velocities, states, inputs and t"),
+    _mapping(
+        "A state of first order",
+        {
+            "rate": _expression("Its time derivative"),
+            "unit": _UNIT,
+            "description": _DESCRIPTION,
+            "latex": _LATEX,
+        },
+        ["rate"],
+    ),
+)
+
 _FUNCTION = _either(
     _text("Name of its argument"),
     _mapping(
@@ -318,6 +332,7 @@ SECTIONS: dict[str, Schema] = {
         _named(_INPUT, "Functions of time that drive the system"),
         _list_of(_text("A name"), "Inputs that emitted code is given"),
     ),
+    "states": _named(_STATE_OF_FIRST_ORDER, "Numbers that their rates move, as currents"),
     "functions": _named(_FUNCTION, "Functions of one argument, unknown or given, and tables"),
     "particles": _named(_PARTICLE, "Point masses"),
     "points": _named(_POINT, "Positions without mass"),

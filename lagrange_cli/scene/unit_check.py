@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from typing import TypeAlias
 
 from lagrange_cli.errors import nearest
+from lagrange_cli.scene.declared_numbers import DeclaredParameter, DeclaredState
 from lagrange_cli.scene.dimensions import (
     ENERGY,
     LENGTH,
@@ -24,7 +26,7 @@ from lagrange_cli.scene.dimensions import (
 )
 from lagrange_cli.scene.language.expression import Expression, Node, names_in
 from lagrange_cli.scene.language.problems import Problems, shown
-from lagrange_cli.scene.model import DeclaredCoordinate, DeclaredParameter, Scene
+from lagrange_cli.scene.model import DeclaredCoordinate, Scene
 from lagrange_cli.scene.unit_table import (
     BASES,
     UnknownUnitError,
@@ -48,6 +50,9 @@ _GENERATORS: dict[str, LinearForm] = {
     for name, powers in _DIMENSIONS.items()
 }
 
+#: What may have a unit of its own.
+_Declared: TypeAlias = DeclaredParameter | DeclaredCoordinate | DeclaredState
+
 #: Longest part of an expression that a message repeats.
 _LONGEST_QUOTE = 50
 
@@ -55,8 +60,8 @@ _LONGEST_QUOTE = 50
 def check_units(scene: Scene, problems: Problems) -> None:
     """Warn of declared units that do not fit together."""
     checker = _Checker(problems)
-    declared: list[DeclaredParameter | DeclaredCoordinate]
-    declared = [*scene.parameters, *(scene.coordinates or ())]
+    declared: list[_Declared]
+    declared = [*scene.parameters, *(scene.coordinates or ()), *scene.states]
     for named in declared:
         if named.unit is not None:
             checker.declare(named, named.unit)
@@ -75,7 +80,7 @@ class _Checker(ScalingReader):
         self.declared: set[str] = set()
         self._solved: dict[str, LinearForm] = {}
 
-    def declare(self, named: DeclaredParameter | DeclaredCoordinate, unit: str) -> None:
+    def declare(self, named: _Declared, unit: str) -> None:
         """Record the declared unit of a name; warn of one that is not known."""
         try:
             powers = unit_powers(unit)

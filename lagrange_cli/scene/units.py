@@ -53,6 +53,7 @@ def units(scene: Scene, angles: Collection[str], names: Iterable[str]) -> Units:
     """
     dimension_texts = _dimensions(scene, angles, names)
     declared = {c.name: c.unit for c in scene.coordinates or () if c.unit}
+    declared |= {s.name: s.unit for s in scene.states if s.unit}
     texts = [*declared.values(), *(p.unit for p in scene.parameters if p.unit)]
     stated = bool(texts) and all(map(_is_of_the_si, texts))
     known = {name: text for name, text in dimension_texts.items() if stated or text == "rad"}
@@ -67,6 +68,14 @@ def _is_of_the_si(text: str) -> bool:
         return False
 
 
+def _is_mechanical(text: str) -> bool:
+    """Tell if a unit is one of masses, lengths and times, or unknown."""
+    try:
+        return all(key not in BASES or key in ("kg", "m", "s") for key in unit_powers(text))
+    except UnknownUnitError:
+        return True
+
+
 def _dimensions(scene: Scene, angles: Collection[str], names: Iterable[str]) -> dict[str, str]:
     scales = dimensions(scene)
     expressions = {term.name: term.expression for term in scene.definitions}
@@ -75,7 +84,10 @@ def _dimensions(scene: Scene, angles: Collection[str], names: Iterable[str]) -> 
     texts = {"t": "s"}
     if scales.complete:
         texts["energy"] = _text(scales.exponents_of(ENERGY))
+    electric = {s.name for s in scene.states if s.unit and not _is_mechanical(s.unit)}
     for name in names:
+        if name in electric:
+            continue
         exponents = _LENGTH if name in lengths else None
         if scales.complete and exponents is None:
             expression = expressions.get(name)

@@ -29,6 +29,9 @@ _NEEDS = {
     " constraints of positions that do not move",
 }
 
+#: Needs of methods that step positions and velocities in turn.
+_PARTITIONED = frozenset(_NEEDS)
+
 #: Steps of a fixed size between two samples.
 _MOST_STEPS = 1e9
 
@@ -304,6 +307,12 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
         With the reason.
     """
     _require_package(method)
+    if model.states and not _PARTITIONED.isdisjoint(method.needs):
+        raise _refused(
+            f"{method.name} steps positions and velocities in turn, and has no place for the states"
+            f" of first order: {_and(list(model.states))}",
+            "--method DOP853 --rtol 1e-9",
+        )
     unmet = [need for need in method.needs if not model.facts[need]]
     if unmet:
         raise _refused(

@@ -58,8 +58,8 @@ class LinearMotion(Reported):
     t
         Times, shape (m,).
     states, inputs, outputs
-        Names of coordinates and their ``dot``, of the scene's inputs, and of its outputs, else of
-        the coordinates.
+        Names of coordinates, of their ``dot`` and of states; of the scene's inputs; and of its
+        outputs, else of the coordinates.
     y, u
         Values of states and inputs, shapes (m, 2n) and (m, inputs).
     matrices
@@ -165,7 +165,7 @@ def _along(
 ) -> LinearMotion:
     """Evaluate the matrices at the samples of a motion, with the estimate of their error."""
     names = [c.name for c in equations.system.coordinates]
-    states = (*names, *(f"dot({name})" for name in names))
+    states = equations.system.state_names
     y = np.array([motion.columns[name] for name in states]).T
     u = functions.inputs_at(motion.t, y)
     matrices = functions.matrices(motion.t, y, u)

@@ -24,6 +24,7 @@ from lagrange_cli.simulate.charts.simulation import simulate_with_sensitivities
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.simulate.system.functions import KeptFunctions
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.arrays import Array
@@ -138,12 +139,23 @@ class _Follow:
     def __init__(self, model: Model, accuracy: float) -> None:
         self._model, self._kept = model, KeptFunctions()
         self._options = SimulationOptions(accuracy=accuracy, samples=2)
-        total = len(model.coordinates)
-        # Each of the 2n displacements has n coordinates beside the n of the motion.
-        self._n = round((math.sqrt(1 + 8 * total) - 1) / 4)
-        self.size = 2 * self._n
+        whole = model.layout
+        # As many displacements as numbers of the motion, each with as many numbers.
+        self.size = round((math.sqrt(1 + 4 * whole.size) - 1) / 2)
+        ways = 1 + self.size
+        self._layout = StateLayout(whole.coordinates // ways, whole.states // ways)
         assert model.initial is not None
-        self.start = np.array([*model.initial[: self._n], *model.initial[total : total + self._n]])
+        initial = np.array(model.initial)
+        self.start = np.concatenate([part[0] for part in self._parts(initial)])
+
+    def _parts(self, numbers: Array) -> list[Array]:
+        """Divide numbers by kind: rows of the motion, then of each displacement."""
+        ways, whole, layout = 1 + self.size, self._model.layout, self._layout
+        kinds = (whole.positions, layout.coordinates), (whole.velocities, layout.coordinates)
+        return [
+            numbers[places].reshape(ways, count)
+            for places, count in (*kinds, (whole.first_order, layout.states))
+        ]
 
     def run(self, begin: float, end: float, state: Array, frame: Array) -> tuple[Array, Array]:
         """Return the state and the displacements, in columns, at the end of an interval.
@@ -153,9 +165,9 @@ class _Follow:
         InputError
             The motion does not reach the end.
         """
-        n = self._n
-        q, v = state[:n], state[n:]
-        initial = (*q, *frame[:n].T.ravel(), *v, *frame[n:].T.ravel())
+        layout = self._layout
+        parts = (layout.positions, layout.velocities, layout.first_order)
+        initial = (x for part in parts for x in (*state[part], *frame[part].T.ravel()))
         model = replace(
             self._model,
             initial=tuple(map(float, initial)),
@@ -167,11 +179,10 @@ class _Follow:
         if motion.status != "ok":
             message = f"exponents are found until t = {begin:.6g} only: {motion.reason}"
             raise InputError(Problem(message, hint=f"--until {begin:.6g}", rule="lyapunov"))
-        named = [motion.columns[name][-1] for name in model.coordinates]
-        rates = [motion.columns[f"dot({name})"][-1] for name in model.coordinates]
-        both = np.array([named[n:], rates[n:]]).reshape(2, self.size, n)
-        displaced = np.concatenate([both[0].T, both[1].T])
-        return np.array([*named[:n], *rates[:n]]), displaced
+        last = np.array([motion.columns[name][-1] for name in model.state_names])
+        kinds = self._parts(last)
+        displaced = np.concatenate([part[1:].T for part in kinds])
+        return np.concatenate([part[0] for part in kinds]), displaced
 
 
 def _result(name: str, times: Array, logs: Array) -> Lyapunov:

@@ -30,6 +30,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "derive systems/contact/particle_leaving_sphere.yaml",
         "derive systems/oscillators/seismometer.yaml",
         "derive systems/rolling/chaplygin_sleigh.yaml --form first-order",
+        "derive systems/actuators/dc_motor_pendulum.yaml --with latex",
         "derive systems/oscillators/henon_heiles.yaml --steps",
         "derive systems/oscillators/damped_oscillator.yaml --form small-oscillations",
         "derive systems/pendulums/double_pendulum.yaml --form small-oscillations --with latex",

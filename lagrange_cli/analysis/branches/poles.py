@@ -17,8 +17,8 @@ import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.analysis.branches.singular_points import Located, point_at
+from lagrange_cli.analysis.linear.first_order import first_order
 from lagrange_cli.analysis.linear.linearize import linear_system
-from lagrange_cli.analysis.linear.stability import first_order
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Matrix, Mpf
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.numerics.autodiff import DomainError

@@ -185,7 +185,7 @@ class _Start:
     def taken(self) -> set[str]:
         """Names of the symbols of the equations."""
         system = self.equations.system
-        named = (system.parameters, system.coordinates, system.inputs, system.cartesian_names)
+        named = (system.parameters, system.coordinates, system.external, system.cartesian_names)
         return {one.name for group in named for one in group}
 
     @cached_property
@@ -370,7 +370,7 @@ class _Forces:
         return ContactLoss(gap.name, gap.multiplier, remaining, at_start, named, "", jumps)
 
     def _is_continuous(self, force: sp.Expr) -> bool:
-        inputs = {u.symbol for u in self.equations.system.inputs}
+        inputs = self.equations.system.external_symbols
         moving = [*self.coordinates, *self.free, self.equations.system.t]
         return not force.free_symbols & inputs and is_continuous(force, moving)
 

@@ -16,6 +16,7 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions, exact_value
+from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
 from lagrange_cli.analysis.values import DIGITS, Mpf
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
@@ -67,6 +68,8 @@ class RestSystem:
         Numbers of the coordinates that neither forces nor constraints depend on.
     free_to_give
         Names of the parameters that ``--at`` gives, momenta and rates, which no scene declares.
+    states
+        Names of the coordinates that are states of first order; they are the last.
     shared
         The functions of the same system with other values of parameters, None if there are none.
     """
@@ -79,7 +82,13 @@ class RestSystem:
     held_inputs: tuple[tuple[str, float], ...]
     free: tuple[int, ...]
     free_to_give: frozenset[str] = frozenset()
+    states: tuple[str, ...] = ()
     shared: RestFunctions | None = None
+
+    @property
+    def moving(self) -> int:
+        """Number of the coordinates that are no states of first order."""
+        return len(self.equations.system.coordinates) - len(self.states)
 
     @property
     def unknowns(self) -> tuple[sp.Symbol, ...]:
@@ -220,6 +229,8 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
         There is no rest to speak of: the equations depend on time, hold unknown functions or
         one-sided constraints, or are too many.
     """
+    states = tuple(state.name for state in equations.system.states)
+    equations = with_state_coordinates(equations)
     _require_small(equations)
     inputs = {
         u.symbol: _input_value(u.expression, held_inputs.get(u.name), equations.system.t)
@@ -250,7 +261,7 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
         or equations.system.t in u.expression.free_symbols
     ]
     system = RestSystem(equations, stills, constraints, values, inputs, tuple(varying), ())
-    return replace(system, free=_free(system))
+    return replace(system, free=_free(system), states=states)
 
 
 def parameter_values(equations: Equations) -> dict[sp.Symbol, Mpf]:

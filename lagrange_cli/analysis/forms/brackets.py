@@ -193,7 +193,7 @@ class _Reader:
             p.name for p in equations.system.parameters
         }
         names |= {c.name for c in equations.system.cartesian_names} | {
-            u.name for u in equations.system.inputs
+            x.name for x in equations.system.external
         }
         return names | {name for name, _ in equations.presentation.abbreviations} | {"t", "pi"}
 
@@ -252,7 +252,7 @@ class _Reader:
     def _is_free(self, function: sp.Expr) -> bool:
         """Tell whether df/dt = {f, H} + ∂f/∂t: no force, constraint or input changes f."""
         equations = self.equations
-        inputs = {u.symbol for u in equations.system.inputs}
+        inputs = equations.system.external_symbols
         moved = (
             equations.system.forces or equations.system.pushing or equations.system.dissipation != 0
         )

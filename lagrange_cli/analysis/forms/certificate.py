@@ -67,7 +67,7 @@ def lagrangian_symbols(equations: Equations) -> list[sp.Symbol]:
     coordinates = equations.system.coordinates
     constants = [
         *(p.symbol for p in equations.system.parameters),
-        *(u.symbol for u in equations.system.inputs),
+        *(x.symbol for x in equations.system.external),
     ]
     return [
         equations.system.t,

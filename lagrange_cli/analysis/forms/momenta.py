@@ -62,7 +62,7 @@ def with_momenta(equations: Equations) -> Equations:
 def momentum_letter(equations: Equations) -> str:
     """Return the first of p, P, pp, PP, … whose names of momenta are free in the scene."""
     taken = {p.name for p in equations.system.parameters} | {
-        u.name for u in equations.system.inputs
+        x.name for x in equations.system.external
     }
     taken |= {c.name for c in equations.system.coordinates} | {
         c.name for c in equations.system.cartesian_names

@@ -15,7 +15,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.linear.linearize import LinearSystem
+from lagrange_cli.analysis.linear.second_order import LinearSystem
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate

@@ -12,7 +12,6 @@ value graph.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -22,6 +21,8 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.rest_system import has_derivatives
 from lagrange_cli.analysis.interval_values import around, ends
+from lagrange_cli.analysis.linear.first_order import FirstOrder
+from lagrange_cli.analysis.linear.second_order import LinearSystem
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, ExactMatrices, Matrix, Mpf, StateSpace
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
@@ -59,44 +60,6 @@ _OPERATIONS, _LONGEST = 1_500, 60
 _PLACED = 300
 
 _Rows = tuple[tuple[sp.Expr, ...], ...]
-
-
-@dataclass(frozen=True)
-class LinearSystem:
-    """A linear system in many digits, over independent coordinates.
-
-    Attributes
-    ----------
-    mass, damping, stiffness, inputs
-        ZᵀM Z, ZᵀC Z, ZᵀK Y and ZᵀB.
-    velocities
-        Z, which gives all velocities of those of independent coordinates; shape (n, k).
-    sizes
-        Sizes of the terms that the entries of ZᵀK Y are sums of.
-    errors
-        Bounds of the errors of these entries.
-    positions
-        Y, which gives all positions of those that closures between positions leave independent;
-        it is Z without closures between velocities.
-    independent, placed
-        Numbers of the coordinates whose velocities, whose positions are independent.
-    """
-
-    mass: mpmath.matrix
-    damping: mpmath.matrix
-    stiffness: mpmath.matrix
-    inputs: mpmath.matrix
-    velocities: mpmath.matrix
-    positions: mpmath.matrix
-    independent: tuple[int, ...]
-    placed: tuple[int, ...]
-    sizes: mpmath.matrix
-    errors: mpmath.matrix
-
-    @property
-    def is_holonomic(self) -> bool:
-        """True if all closures are between positions."""
-        return self.independent == self.placed
 
 
 def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
@@ -317,7 +280,7 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
     """Write a linear system as one of first order, with the outputs of the scene.
 
     Without outputs the coordinates are given, and outputs without derivatives there are refused.
-    States are positions, then velocities.
+    States are positions, velocities, then states of first order.
     """
     functions, equations = system.functions, system.equations
     n, m = functions.n, functions.m
@@ -335,22 +298,22 @@ def state_space(system: RestSystem, linear: LinearSystem, at: Equilibrium) -> St
             through = _doubles(_columns(table, 2 * n + m, functions.width))
             seen = np.hstack([_doubles(by_q.tolist(), p), _doubles(by_v.tolist(), k)])
         else:
-            outputs = tuple(names)
-            whole = _doubles(linear.positions.tolist(), p)
-            seen = np.hstack([whole, np.zeros((n, k))])
-            through = np.zeros((n, len(equations.system.inputs)))
+            outputs = tuple(names[: system.moving])
+            whole = _doubles(linear.positions.tolist(), p)[: system.moving]
+            seen = np.hstack([whole, np.zeros((len(outputs), k))])
+            through = np.zeros((len(outputs), len(equations.system.inputs)))
     kinematic = np.hstack([np.zeros((p, p)), _doubles(rows, k)])
     stiff, damped, driven = (_doubles(x.tolist(), x.cols) for x in below)
+    order, inputs = FirstOrder.of_system(system, linear), equations.system.inputs
+    state_names = [names[j] for j in linear.placed]
+    state_names += [f"dot({names[j]})" for j in linear.independent]
     return StateSpace(
-        (
-            *(names[j] for j in linear.placed),
-            *(f"dot({names[j]})" for j in linear.independent),
-        ),
-        tuple(u.name for u in equations.system.inputs),
+        tuple(order.ordered(state_names)),
+        tuple(u.name for u in inputs),
         outputs,
-        np.vstack([kinematic, np.hstack([stiff, damped])]),
-        np.vstack([np.zeros((p, len(equations.system.inputs))), driven]),
-        seen,
+        np.vstack([kinematic, np.hstack([stiff, damped])])[np.ix_(order.rows, order.columns)],
+        np.vstack([np.zeros((p, len(inputs))), driven])[order.rows],
+        seen[:, order.columns],
         through,
     )
 
@@ -422,7 +385,16 @@ def exact_matrices(system: RestSystem, at: Equilibrium) -> ExactMatrices | None:
     if any(sp.count_ops(e) > _LONGEST or e.has(sp.zoo, sp.nan) for e in entries):
         return None
     inputs = by([u.symbol for u in equations.system.inputs])
-    return ExactMatrices(mass, damping, stiffness, *_first_order(mass, damping, stiffness, inputs))
+    a, b = _first_order(mass, damping, stiffness, inputs)
+    n, k = len(coordinates), system.moving
+    order = FirstOrder(n, n, k, k)
+    if a is not None and b is not None:
+        a = tuple(tuple(order.ordered(a[row])) for row in order.rows)
+        b = tuple(b[row] for row in order.rows)
+    mass, damping, stiffness = (
+        tuple(row[:k] for row in rows[:k]) for rows in (mass, damping, stiffness)
+    )
+    return ExactMatrices(mass, damping, stiffness, a, b)
 
 
 def _first_order(

@@ -61,7 +61,8 @@ def modes(linear: Linearization, known: Mapping[sp.Symbol, Mpf]) -> tuple[Mode, 
 def _is_conservative(linear: Linearization) -> bool:
     """Say whether C is zero, K is symmetric, M definite and positions as many as velocities."""
     stiff = linear.stiffness
-    if stiff.shape[0] != stiff.shape[1] or not _is_positive(linear.mass):
+    is_square = stiff.shape[0] == stiff.shape[1]
+    if linear.states or not (is_square and _is_positive(linear.mass)):
         return False
     size = np.abs(stiff).max(initial=0.0)
     symmetric = np.abs(stiff - stiff.T).max(initial=0.0) <= _ROUNDING * size
@@ -110,7 +111,8 @@ def _damped(linear: Linearization) -> tuple[Mode, ...]:
     poles, vectors = np.linalg.eig(space.a)
     size = np.abs(poles).max(initial=0.0)
     velocities = [k for k, name in enumerate(space.states) if name.startswith("dot(")]
-    positions = [k for k in range(len(space.states)) if k not in velocities]
+    last = len(space.states) - len(linear.states)
+    positions = [k for k in range(last) if k not in velocities]
     damped_modes = []
     for pole, vector in zip(poles.tolist(), vectors.T, strict=True):
         if pole.imag < 0:

@@ -22,7 +22,9 @@ from mpmath import mpf
 from lagrange_cli.analysis.equilibria.parameter_relations import ParameterFacts
 from lagrange_cli.analysis.equilibria.rest_system import kinks_at
 from lagrange_cli.analysis.linear.energy_test import EnergyTest, reduced_energy
-from lagrange_cli.analysis.linear.linearize import LinearSystem, exact_matrices, in_doubles
+from lagrange_cli.analysis.linear.first_order import first_order
+from lagrange_cli.analysis.linear.linearize import exact_matrices, in_doubles
+from lagrange_cli.analysis.linear.second_order import LinearSystem
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf, Stability
 from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.phrases import Phrase
@@ -68,6 +70,8 @@ def stability_of_parameters(system: RestSystem, at: Equilibrium) -> Stability:
     the energy conserved. One of a single coordinate is unstable if K is negative.
     """
     equations = system.equations
+    if system.states:
+        return Stability("undecided", Phrase("parameters have no values"))
     conserved = any(c.kind in ("energy", "jacobi") for c in equations.derivation.conserved)
     smooth = not any(f.atoms(*KINKED) for f in equations.system.forcing)
     exact = None
@@ -112,7 +116,8 @@ class _Question:
             return Stability("undecided", Phrase("it is one of a continuum of equilibria"))
         if self.varies_along_drift:
             return Stability("undecided", _NOT_CYCLIC)
-        if self.energy_is_bound and self.linear.is_holonomic and self.has_inertia:
+        is_mechanical = self.linear.is_holonomic and not self.system.states
+        if self.energy_is_bound and is_mechanical and self.has_inertia:
             return self.by_energy()
         return self.by_poles()
 
@@ -365,26 +370,6 @@ class _Question:
             if linear.mass[k, k]
         ]
         return float(mpmath.sqrt(max(rates, default=mpf(0))))
-
-
-def first_order(system: RestSystem, at: Equilibrium, linear: LinearSystem) -> mpmath.matrix:
-    """Write A of the motions near an equilibrium, without the positions that drift."""
-    k, placed = len(linear.independent), list(linear.placed)
-    names = [c.name for c in system.equations.system.coordinates]
-    bound = [i for i, j in enumerate(placed) if names[j] not in at.free]
-    with mpmath.workdps(DIGITS):
-        inverse = mpmath.inverse(linear.mass)
-        stiff, damped = inverse * linear.stiffness, inverse * linear.damping
-        a = mpmath.zeros(len(bound) + k, len(bound) + k)
-        for row, i in enumerate(bound):
-            for column in range(k):
-                a[row, len(bound) + column] = linear.velocities[placed[i], column]
-        for row in range(k):
-            for column, i in enumerate(bound):
-                a[len(bound) + row, column] = -stiff[row, i]
-            for column in range(k):
-                a[len(bound) + row, len(bound) + column] = -damped[row, column]
-    return a
 
 
 def _signs(rows: list[list[Mpf]], rounding: Mpf) -> tuple[int, list[int], int]:

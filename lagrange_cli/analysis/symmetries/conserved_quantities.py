@@ -78,8 +78,8 @@ class EnergyLoss:
     ----------
     depends_on_time
         True if L depends on t.
-    inputs
-        Names of the inputs that L holds.
+    inputs, states
+        Names of the inputs and states that L holds.
     friction
         True if dissipation takes energy.
     forces
@@ -90,6 +90,7 @@ class EnergyLoss:
 
     depends_on_time: bool
     inputs: tuple[str, ...]
+    states: tuple[str, ...]
     friction: bool
     forces: tuple[str, ...]
     moving: tuple[str, ...]
@@ -132,8 +133,8 @@ def energy_sum(equations: Equations) -> EnergySum | None:
 def _rate_of_jacobi(equations: Equations) -> sp.Expr | None:
     """Return dh/dt = −∂L/∂t + Σ (Q − ∂D/∂q̇) q̇; None if constraints or inputs contribute."""
     lagrangian = equations.system.lagrangian
-    inputs = {u.symbol for u in equations.system.inputs}
-    if equations.system.pushing or not lagrangian.free_symbols.isdisjoint(inputs):
+    external = equations.system.external_symbols
+    if equations.system.pushing or not lagrangian.free_symbols.isdisjoint(external):
         return None
     work = [_power(equations, f.generalized) for f in equations.system.forces]
     drag = [
@@ -245,11 +246,12 @@ def energy_loss(equations: Equations) -> EnergyLoss | None:
     if "energy" in equations.derivation.open_questions:
         return None
     velocities = {c.v for c in equations.system.coordinates}
-    lagrangian = equations.system.lagrangian
+    system, lagrangian = equations.system, equations.system.lagrangian
     symbols = lagrangian.free_symbols
     loss = EnergyLoss(
         not does_not_depend(lagrangian, equations.system.t),
-        tuple(u.name for u in equations.system.inputs if u.symbol in symbols),
+        tuple(u.name for u in system.inputs if u.symbol in symbols),
+        tuple(s.name for s in system.states if s.symbol in symbols),
         not equations.system.dissipation.free_symbols.isdisjoint(velocities),
         tuple(
             f.name for f in equations.system.forces if not vanish(_power(equations, f.generalized))

@@ -101,10 +101,9 @@ class _Writer:
 
     def _opening(self) -> list[str]:
         """Counters, what is read from the arguments, and the arguments that are not used."""
-        n, depth = self.function.coordinates, loop_depth(self.function.body)
+        layout, depth = self.function.layout, loop_depth(self.function.body)
         lines = [f"    int {', '.join(_COUNTERS[:depth])};"] if depth else []
-        state = [(f"{kind}{i}", n * (kind == "v") + i) for kind in "qv" for i in range(n)]
-        named = [(name, k) for name, k in state if name in self.reads]
+        named = [(name, k) for k, name in enumerate(layout.variables) if name in self.reads]
         lines += [f"    const {self.real} {self._name(s)} = y[{k}];" for s, k in named]
         unused = {
             "t": "t" not in self.reads,
@@ -149,7 +148,7 @@ class _Writer:
             declared = "" if k else "int "
             lines.append(f"    {declared}status = {self.target.prefix}_{name}({passed});")
             lines += ["    if (status != 0) {", "        return status;", "    }"]
-            place = f"given + {2 * self.function.coordinates}"
+            place = f"given + {self.function.layout.size}"
         return [*lines, f"    work += {self.given};"] if lines else []
 
     def _arrays(self) -> list[str]:

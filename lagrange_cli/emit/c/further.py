@@ -18,19 +18,20 @@ from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import DERIVATIVES, ENTRIES
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.jacobians import Jacobian
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 #: Function → what it differentiates by, and how many there are.
 _BY = {
-    "jacobian": ("y[k]", "2n"),
+    "jacobian": ("y[k]", "@ROWS@"),
     "jacobian_u": ("input u[k]", "@NAME@_INPUTS"),
     "jacobian_p": ("parameter k of the structure", "@NAME@_PARAMETERS"),
 }
 
 _WHOLE = """
-/* out[i*@COLUMNS@ + k]: the derivative of dydt[i] by @BY@@WHILE@; 2n rows. */
+/* out[i*@COLUMNS@ + k]: the derivative of dydt[i] by @BY@@WHILE@; @ROWS@ rows. */
 int @NAME@_@FUNCTION@(@OUT@);
 """
 
@@ -67,6 +68,7 @@ def derivative_declarations(
             "@WHILE@": " while mode stays" if contacts else "",
             "@BY@": by,
             "@COLUMNS@": columns,
+            "@ROWS@": str(jacobian.rows),
             "@MACRO@": f"@NAME@_{function.upper()}_NONZERO",
             "@SIZE@": str(jacobian.size),
             "@FUNCTION@": function,
@@ -142,11 +144,11 @@ def linearization_text(
     equations: Equations, programs: Mapping[str, Program], target: CTarget
 ) -> str:
     """Define the function."""
-    n, m = len(equations.system.coordinates), len(equations.system.inputs)
+    layout, m = equations.system.layout, len(equations.system.inputs)
     calls = _wanted("A", ["status = @NAME@_jacobian(@PASSED@, A);"])
     if m:
         calls += _wanted("B", ["status = @NAME@_jacobian_u(@PASSED@, B);"])
-    calls += _outputs(equations, n, m)
+    calls += _outputs(equations, layout, m)
     calls += _constraints(equations)
     unused = [] if m else ["    (void)B;", "    (void)D;"]
     body = "\n".join([*unused, *calls])
@@ -168,15 +170,16 @@ def _arguments(equations: Equations, target: CTarget) -> str:
     return outer.arguments("A").removesuffix(f"{target.real.name} *A") + matrices
 
 
-def _outputs(equations: Equations, n: int, m: int) -> list[str]:
+def _outputs(equations: Equations, layout: StateLayout, m: int) -> list[str]:
     """Fill C and D; without outputs of the scene they are the coordinates."""
     if equations.system.outputs:
         lines = _wanted("C", ["status = @NAME@_output_jacobian(@PLAIN@, C);"])
         if m:
             lines += _wanted("D", ["status = @NAME@_output_jacobian_u(@PLAIN@, D);"])
         return [line.replace("@PLAIN@", "t, y, u, p, work") for line in lines]
-    zeros = [f"for (i = 0; i < {2 * n * n}; ++i) {{", "    C[i] = @ZERO@;", "}"]
-    ones = [f"for (i = 0; i < {n}; ++i) {{", f"    C[i*{2 * n} + i] = @ONE@;", "}"]
+    n, size = layout.coordinates, layout.size
+    zeros = [f"for (i = 0; i < {n * size}; ++i) {{", "    C[i] = @ZERO@;", "}"]
+    ones = [f"for (i = 0; i < {n}; ++i) {{", f"    C[i*{size} + i] = @ONE@;", "}"]
     lines = _wanted("C", [*zeros, *ones])
     if m:
         lines += _wanted("D", [f"for (i = 0; i < {n * m}; ++i) {{", "    D[i] = @ZERO@;", "}"])

@@ -16,7 +16,7 @@ from lagrange_cli.emit.c.target import CTarget, wrapped
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text, described, domain_note
 from lagrange_cli.emit.template_files import c_template
-from lagrange_cli.program.program import optional_outputs
+from lagrange_cli.program.emitted_functions import optional_outputs
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -96,6 +96,8 @@ def header_text(
 def _sizes(equations: Equations, prefix: str) -> list[str]:
     n, closures = len(equations.system.coordinates), equations.system.closures
     size = f"#define {prefix}_{'COORDINATES' if closures else 'DOF'} {n}"
+    if equations.system.states:
+        size += f"\n#define {prefix}_STATES {len(equations.system.states)}"
     contacts, multipliers = len(equations.system.contacts), len(equations.system.multipliers)
     if not multipliers:
         return [size]
@@ -131,6 +133,7 @@ def _declarations(
         .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.system.closures else _ZEROS)
         .replace("@PROJECT@", outer.state_arguments())
         .replace("@RESET@", _reset_arguments(target))
+        .replace("@LAST@", "2n+@NAME@_STATES-1" if equations.system.states else "2n-1")
         .replace("@NAME@", target.prefix)
     )
 
@@ -149,9 +152,13 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
         "",
         "State y: the coordinates q, then their velocities v = dq/dt",
     ]
-    n = len(equations.system.coordinates)
+    layout = equations.system.layout
     for k, coordinate in enumerate(equations.system.coordinates):
-        lines.append(f"  y[{k}], y[{n + k}]  {described(coordinate)}")
+        lines.append(f"  y[{k}], y[{layout.place('v', k)}]  {described(coordinate)}")
+    if equations.system.states:
+        lines.append("and behind them the states x of first order, dx/dt = r(q, v, x, t)")
+    for k, state in enumerate(equations.system.states):
+        lines.append(f"  y[{layout.place('z', k)}]  {described(state)}")
     lines += domain_note(equations)
     positions = _listed("Positions", "out", [c.name for c in equations.system.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]

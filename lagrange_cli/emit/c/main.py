@@ -236,8 +236,16 @@ def _projection(equations: Equations) -> dict[str, str]:
         else _REASON_CLOSED
         if closed
         else _REASON,
-        "@COUNT@": "@NAME@_COORDINATES" if closed else "@NAME@_DOF",
+        **_size(equations, "@NAME@_COORDINATES" if closed else "@NAME@_DOF"),
     }
+
+
+def _size(equations: Equations, count: str) -> dict[str, str]:
+    """Return the numbers of a state, and those of positions and velocities among them."""
+    size = f"2*{count}"
+    if not equations.system.states:
+        return {"@SIZE@": f"({size})", "@MOVING@": "@NAME@_STATE", "@PLACES@": "@NAME@_STATE/2"}
+    return {"@SIZE@": f"({size} + @NAME@_STATES)", "@MOVING@": size, "@PLACES@": count}
 
 
 def _named(template: str, name: str, field: str) -> str:

@@ -40,10 +40,11 @@ from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
     derivative_programs,
+    optional_outputs,
 )
 from lagrange_cli.program.operations import operands_of
 from lagrange_cli.program.printing import functions_in
-from lagrange_cli.program.program import Program, build_program, optional_outputs
+from lagrange_cli.program.program import Program, build_program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 

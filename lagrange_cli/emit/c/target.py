@@ -124,6 +124,8 @@ class CNames:
         inputs |= {f"u{i}": f"u[{i}]" for i in range(len(equations.system.inputs))}
         for kind in "qv":
             inputs |= {f"{kind}{i}": f"{kind}_{name}" for i, name in enumerate(coordinates)}
+        states = unique_identifiers((s.name for s in equations.system.states), frozenset())
+        inputs |= {f"z{i}": f"x_{name}" for i, name in enumerate(states)}
         return cls(prefix, tuple(fields), inputs)
 
     @property

@@ -156,6 +156,7 @@ def _wrapper(unit: FmiUnit, header: str, version: str) -> str:
     replacements = {
         "@INTERFACE@\n": unit_template(_INTERFACES[version]),
         "@COORDINATES@": str(len(system.coordinates)),
+        "@BEHIND@": f" + {len(system.states)}" if system.states else "",
         "@PARAMETERS@": str(len(system.parameters)),
         "@INPUTS@": str(len(system.inputs)),
         "@OUTPUTS@": str(len(written_outputs(unit.equations))),

@@ -108,9 +108,9 @@ def _unnumbered(equations: Equations) -> Iterator[Variable]:
     assert system.initial is not None
     names = [coordinate.name for coordinate in system.coordinates]
     texts = [coordinate.description for coordinate in system.coordinates]
-    states = [*names, *(f"dot({name})" for name in names)]
-    starts = [*system.initial.positions, *system.initial.velocities]
-    for name, start, text in zip(states, starts, [*texts, *(None for _ in names)], strict=True):
+    states, starts = system.state_names, system.initial.numbers
+    texts += [*(None for _ in names), *(state.description for state in system.states)]
+    for name, start, text in zip(states, starts, texts, strict=True):
         yield Variable(name, 0, "state", start, units.get(name), text)
     for name in states:
         yield Variable(f"der({name})", 0, "rate")
@@ -149,8 +149,7 @@ def _linked(system: System, variables: Sequence[Variable]) -> Iterator[Variable]
     states = [v.reference for v in variables if v.kind == "state"]
     places = [v.reference for v in variables if v.kind in ("input", "computed input")]
     n = len(system.coordinates)
-    symbols = [*(c.q for c in system.coordinates), *(c.v for c in system.coordinates)]
-    known = dict(zip(symbols, states, strict=True))
+    known = dict(zip(system.state_symbols, states, strict=True))
     known |= {
         entry.symbol: place
         for entry, place in zip(system.inputs, places, strict=True)

@@ -98,7 +98,7 @@ class Cpp(Language):
 
     def head(self, function: Function, documentation: str) -> list[str]:
         is_inner = function.name in INTERNAL_FUNCTIONS
-        state = f"const std::array<T, {2 * function.coordinates}>& y"
+        state = f"const std::array<T, {function.layout.size}>& y"
         arguments = ["T t", "const T* y" if is_inner else state]
         if function.driven and function.name != "inputs":
             arguments.append(f"const std::array<T, {function.driven}>& u")
@@ -275,9 +275,13 @@ def _constants(language: Cpp) -> Iterator[str]:
     size = interface.layout.size
     yield "/// Number of coordinates; the state y holds them, then their velocities."
     yield f"inline constexpr std::size_t dof = {n};"
+    if interface.states:
+        yield "/// Number of states of first order, which stand behind the velocities in y."
+        yield f"inline constexpr std::size_t states = {len(interface.states)};"
     yield "template <class T>"
-    yield "using State = std::array<T, 2*dof>;"
+    yield f"using State = std::array<T, 2*dof{' + states' * bool(interface.states)}>;"
     yield from _names("coordinate", interface.coordinates)
+    yield from _names("state", interface.states)
     yield from _names("parameter", interface.parameters)
     yield from _names("input", interface.inputs)
     if interface.initial is not None:
@@ -354,6 +358,7 @@ def _main(language: Cpp, name: str) -> str:
             "@SET@": "".join(set_),
             "@START@": repr(interface.start),
             "@ROWS@": str(interface.rows),
+            "@STATE@": f"2*{name}::dof" + f" + {name}::states" * bool(interface.states),
             "@NAME@": name,
         },
     )

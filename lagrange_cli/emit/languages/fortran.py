@@ -97,7 +97,7 @@ class Fortran(Language):
     comment = "! "
     first = 1
     tab = "  "
-    named = "uqv"
+    named = "uqvz"
     words: ClassVar = {"and": ".and.", "or": ".or.", "not": ".not. "} | {
         text: f".{text.lower()}." for text in ("True", "False")
     }
@@ -135,7 +135,7 @@ class Fortran(Language):
         ]
 
     def _arguments(self, function: Function, out: str) -> Iterator[str]:
-        yield f"real(wp), intent(in) :: t, y({2 * function.coordinates})"
+        yield f"real(wp), intent(in) :: t, y({function.layout.size})"
         if is_driven(function):
             yield f"real(wp), intent(in) :: u({function.driven})"
         yield "type(parameters), intent(in) :: p"

@@ -20,11 +20,12 @@ from lagrange_cli.program.emitted_functions import (
     INTERNAL_FUNCTIONS,
     constraint_programs,
     derivative_programs,
+    optional_outputs,
 )
 from lagrange_cli.program.lowered.functions import Function, Let, LocalArray, steps_in
 from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
-from lagrange_cli.program.program import Program, build_program, optional_outputs
+from lagrange_cli.program.program import Program, build_program
 from lagrange_cli.state_layout import StateLayout
 from lagrange_cli.version import __version__
 
@@ -43,9 +44,9 @@ _DOCUMENTATION = {
     "outputs": "Outputs, in the order of the heading.",
     "multipliers": "Multipliers, in the order of the closures.",
     "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
-    "jacobian": "Derivatives of rhs by the state, 2n by 2n, by rows.",
-    "jacobian_u": "Derivatives of rhs by the inputs, 2n rows.",
-    "jacobian_p": "Derivatives of rhs by the parameters, 2n rows.",
+    "jacobian": "Derivatives of rhs by the state, by rows.",
+    "jacobian_u": "Derivatives of rhs by the inputs, by rows.",
+    "jacobian_p": "Derivatives of rhs by the parameters, by rows.",
     "position_error": "Residuals of closures of positions, then magnitudes of their terms.",
     "position_reach": "Squares of the gradients of closures of positions.",
     "position_change": "Change of q that leads to the closures, in the metric of the energy.",
@@ -55,6 +56,8 @@ _DOCUMENTATION = {
 
 #: Names of routines, which no identifier of a scene may be.
 _ROUTINES = frozenset(routine.name for routine in routines_called(ROUTINES))
+
+_STATE = "The state y holds the coordinates q, then their velocities v. Functions have no result"
 
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
@@ -115,12 +118,12 @@ class Interface:
         The scene's name as an identifier that none of the others is.
     heading
         Lines of the comment at its head.
-    coordinates, parameters, inputs
+    coordinates, parameters, inputs, states
         The quantities that functions take, in their order.
     functions
         The functions, each with its documentation.
     names
-        Name of an input of programs (``q0``, ``v0``, ``p0``, ``u0``) → its identifier.
+        Name of an input of programs (``q0``, ``v0``, ``z0``, ``p0``, ``u0``) → its identifier.
     projection
         The closures that a state is led back to; None without any.
     initial
@@ -144,16 +147,17 @@ class Interface:
     until: float
     rows: int
     steps: int
+    states: tuple[Quantity, ...] = ()
 
     @property
     def state(self) -> tuple[str, ...]:
         """Names of the numbers of the state, as the script's table has them."""
-        return self.layout.names([c.name for c in self.coordinates])
+        return self.layout.names([c.name for c in self.coordinates], [s.name for s in self.states])
 
     @property
     def layout(self) -> StateLayout:
         """Layout of the state vector."""
-        return StateLayout(len(self.coordinates))
+        return StateLayout(len(self.coordinates), len(self.states))
 
 
 def interface_of(
@@ -221,6 +225,7 @@ def interface_of(
         float(until),
         ROWS,
         steps_per_row(equations),
+        tuple(Quantity(s.name, names[f"z{i}"], described(s)) for i, s in enumerate(system.states)),
     )
 
 
@@ -281,7 +286,8 @@ def _inputs(equations: Equations) -> dict[str, str]:
     entries = {f"p{i}": p.name for i, p in enumerate(system.parameters)}
     entries |= {f"u{i}": u.name for i, u in enumerate(system.inputs)}
     entries |= {f"q{i}": c.name for i, c in enumerate(system.coordinates)}
-    return entries | {f"v{i}": f"{c.name}_dot" for i, c in enumerate(system.coordinates)}
+    entries |= {f"v{i}": f"{c.name}_dot" for i, c in enumerate(system.coordinates)}
+    return entries | {f"z{i}": s.name for i, s in enumerate(system.states)}
 
 
 def _heading(equations: Equations) -> Iterator[str]:
@@ -298,10 +304,16 @@ def _heading(equations: Equations) -> Iterator[str]:
         yield "them: l[k] is the multiplier and g[k] the gradient of closure k."
     else:
         yield "Equations of motion M(q, t) a = f(q, v, t)."
-    yield "The state y holds the coordinates q, then their velocities v. Functions have no result"
-    yield "(NaN, or a status that is not 0) where M is singular or a number is not finite."
+    if system.states:
+        yield "The state y holds the coordinates q, their velocities v, then the states x of first"
+        yield "order, dx/dt = r(q, v, x, t). Functions have no result (NaN, or a status that is not"
+        yield "0) where M is singular or a number is not finite."
+    else:
+        yield _STATE
+        yield "(NaN, or a status that is not 0) where M is singular or a number is not finite."
     yield from domain_note(equations)
     yield from _listed("Coordinates", [described(c) for c in system.coordinates])
+    yield from _listed("States", [described(s) for s in system.states])
     yield from _listed("Parameters", [described(p) for p in system.parameters])
     yield from _listed("Inputs", [comment_text(u.name) for u in system.inputs])
     yield from _listed("Outputs", [comment_text(name) for name, _ in system.outputs])
@@ -323,4 +335,4 @@ def _listed(title: str, entries: list[str]) -> Iterator[str]:
 
 def is_input(name: str) -> bool:
     """Tell whether a variable of a function is one of its inputs."""
-    return re.fullmatch(r"[pquv]\d+", name) is not None
+    return re.fullmatch(r"[pquvz]\d+", name) is not None

@@ -120,6 +120,10 @@ class JavaScript(Language):
         return head, self.ended
 
 
+#: Names of the states of first order in those of a state.
+_STATES = ", ...STATES"
+
+
 def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.mjs``.
 
@@ -143,6 +147,7 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     projected = "" if projection is None else _projection(language, projection)
     constants = {
         "COORDINATES": [c.name for c in interface.coordinates],
+        **({"STATES": [s.name for s in interface.states]} if interface.states else {}),
         "PARAMETERS": [p.name for p in interface.parameters],
         "INPUTS": [u.name for u in interface.inputs],
         "DEFAULTS": [p.value for p in interface.parameters],
@@ -158,6 +163,7 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
         {
             "@STEPPED@": "    y = project(s + h, y, p);\n" if projected else "",
             "@BEGUN@": template("javascript", "begin.mjs") if projected else "",
+            "@STATES@": _STATES if interface.states else "",
         },
     )
     tables = [
@@ -192,5 +198,6 @@ def _projection(language: JavaScript, projection: Projection) -> str:
         "@RESIDUALS@": json.dumps(projection.residuals),
         "@U@": driven,
         "@INPUTS@": f"{driven} = inputs(t, y, p)" if driven else "",
+        "@STATES@": _STATES if language.interface.states else "",
     }
     return filled(template("javascript", "project.mjs"), replacements)

@@ -52,7 +52,7 @@ class Octave(Language):
     comment = "% "
     first = 1
     tab = "  "
-    named = "uqv"
+    named = "uqvz"
     continued = " ..."
 
     def __init__(self, interface: Interface) -> None:
@@ -160,6 +160,7 @@ def _entry(language: Octave) -> Iterator[str]:
     yield from language.commented(interface.heading)
     fields = {
         "coordinates": _names([c.name for c in interface.coordinates]),
+        **({"states": _names([s.name for s in interface.states])} if interface.states else {}),
         "parameters": _names([p.name for p in interface.parameters]),
         "input_names": _names([u.name for u in interface.inputs]),
         "defaults": "defaults()",
@@ -195,15 +196,26 @@ def _helpers(text: str) -> list[str]:
     return [named[name] for name in named if name in chosen]
 
 
-def _project(projection: Projection) -> str:
+def _project(interface: Interface, projection: Projection) -> str:
     """Return the function that leads a state back to the closures."""
     default = "  if nargin < 4, u = inputs(t, y, p); end\n"
     tokens = {
         "@POSITIONS@": template("octave", "positions.m") if projection.positions else "",
         "@INPUTS@": default if projection.driven else "",
         "@U@": ", u" if projection.driven else "",
+        "@HALF@": str(len(interface.coordinates)) if interface.states else "numel(y)/2",
+        "@END@": "2*n" if interface.states else "end",
     }
     return filled(template("octave", "project.m"), tokens).rstrip("\n")
+
+
+def _moving(interface: Interface) -> dict[str, str]:
+    """Return texts of the positions and velocities in a state."""
+    n = len(interface.coordinates)
+    if not interface.states:
+        return {"@MOVING@": "", "@LED@": "y", "@PLACES@": "n/2"}
+    moving = f"  stated = stated(1:{2 * n});\n"
+    return {"@MOVING@": moving, "@LED@": f"y(1:{2 * n})", "@PLACES@": str(n)}
 
 
 def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
@@ -229,12 +241,13 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
     functions = [
         "\n".join(language.function_lines(*pair)) for pair in (*interface.functions, *inner)
     ]
-    functions += [] if projection is None else [_project(projection)]
+    functions += [] if projection is None else [_project(interface, projection)]
     tokens = {
         "@STEPS@": str(interface.steps),
         "@ROWS@": str(interface.rows),
         "@PROJECTED@": "    y = project(s + h, y, p);\n" if projection else "",
-        "@BEGUN@": template("octave", "begin.m") if projection else "",
+        "@BEGUN@": filled(template("octave", "begin.m"), _moving(interface)) if projection else "",
+        "@STATES@": ", f.states" if interface.states else "",
     }
     script = filled(template("octave", "script.m"), tokens).rstrip("\n")
     parts = ["\n".join(_entry(language)), *functions, script, *_helpers("\n".join(functions))]

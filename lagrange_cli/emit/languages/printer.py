@@ -53,7 +53,7 @@ from lagrange_cli.program.systems.loops import table_name
 COUNTERS = "ijkl"
 
 #: Letters of inputs → the array that holds them.
-ARRAYS = {"p": "p", "u": "u", "q": "y", "v": "y"}
+ARRAYS = {"p": "p", "u": "u", "q": "y", "v": "y", "z": "y"}
 
 
 #: Half the distance from 1 to the next number of double precision.
@@ -92,7 +92,7 @@ class Language(Syntax):
     """
 
     reserved: ClassVar[frozenset[str]]
-    named = "puqv"
+    named = "puqvz"
     inputs_argument = ""
 
     def __init__(self, interface: Interface) -> None:
@@ -218,8 +218,9 @@ class Language(Syntax):
 
     def argument(self, letter: str, number: int) -> str:
         """Return the number of the arguments that an input of a program is."""
-        before = len(self.interface.coordinates) if letter == "v" else 0
-        return self.element_text(ARRAYS[letter], str(number + before + self.first))
+        array = ARRAYS[letter]
+        place = self.interface.layout.place(letter, number) if array == "y" else number
+        return self.element_text(array, str(place + self.first))
 
     def _all(self, body: Sequence[Step]) -> Iterator[str]:
         for step in body:
@@ -349,5 +350,6 @@ def projection_text(language: Language, folder: str, name: str, positions: str) 
         "@CLOSURES@": str(projection.closures),
         "@INPUTS@": language.inputs_argument.format(size) if driven else "",
         "@U@": "u, " if driven else "",
+        "@STATES@": "2 * N + M" if language.interface.states else "2 * N",
     }
     return filled(template(folder, name), replacements)

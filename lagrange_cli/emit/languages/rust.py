@@ -284,7 +284,11 @@ def _constants(language: Rust) -> Iterator[str]:
     n = len(interface.coordinates)
     yield "/// Number of coordinates; the state y holds them, then their velocities."
     yield f"pub const N: usize = {n};"
+    if interface.states:
+        yield "/// Number of states of first order, which stand behind the velocities in y."
+        yield f"pub const M: usize = {len(interface.states)};"
     yield from _names("COORDINATES", "Coordinates, in their order.", interface.coordinates)
+    yield from _names("STATES", "States of first order, in their order.", interface.states)
     yield from _names("PARAMETERS", "Parameters, in their order.", interface.parameters)
     yield from _names("INPUTS", "Inputs, in their order.", interface.inputs)
     if interface.initial is not None:
@@ -303,6 +307,11 @@ def _names(constant: str, documentation: str, quantities: tuple[Quantity, ...]) 
         yield f"pub const {constant}: [&str; {len(quantities)}] = ["
         yield from (f"    {_string(quantity.name)}," for quantity in quantities)
         yield "];"
+
+
+def _size(interface: Interface) -> str:
+    """Return the number of numbers of a state, over the constants of the module."""
+    return "2 * N + M" if interface.states else "2 * N"
 
 
 def _string(text: str) -> str:
@@ -359,6 +368,7 @@ def _main(language: Rust) -> str:
             "@INPUTS@": inputs if language.closures_driven else "",
             "@GIVEN@": "&u, " if language.closures_driven else "",
             "@STATE@": ", ".join(map(_string, interface.state)),
+            "@STATES@": _size(interface),
             "@INITIAL@": ", ".join("None" if x is None else f"Some({x!r})" for x in initial),
             "@MUT@": "mut " if fields else "",
             "@SET@": "".join(f"            {name} => {to} = value,\n" for name, to in fields),

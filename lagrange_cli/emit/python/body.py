@@ -123,10 +123,10 @@ class _Printer:
 
     def _opening(self) -> list[str]:
         """Give names to what is handed to the function."""
-        reads, names, n = names_read(self.body), self.names, self.function.coordinates
+        reads, names = names_read(self.body), self.names
         lines = [TAB + line for line in self.signature.opening]
         fields = [f"p{k}" for k in range(len(names.fields))]
-        state = [f"{kind}{i}" for kind in "qv" for i in range(n)]
+        state = self.function.layout.variables
         driven = [f"u{k}" for k in range(self.function.driven)]
         flags = [f"p{len(fields) + k}" for k in range(len(names.flags))]
         after = len(fields) + len(flags)
@@ -399,10 +399,9 @@ class _Printer:
             ):
                 return None
             return target.name, target.index.base, operand.name, operand.index.base
-        n = self.function.coordinates
-        if isinstance(operand, Variable) and operand.name[0] in "qv" and operand.name != "t":
-            after = n if operand.name[0] == "v" else 0
-            return target.name, target.index.base, "y", after + operand.cell.number
+        layout = self.function.layout
+        if isinstance(operand, Variable) and operand.name in layout.variables:
+            return target.name, target.index.base, "y", layout.variables.index(operand.name)
         return None
 
     def _slices(self, store: Store, size: int) -> tuple[str, str]:
@@ -410,7 +409,8 @@ class _Printer:
         assert copy is not None
         target, to, source, start = copy
         sign = "-" if self.numbers.is_negative(source, start) else ""
-        length = 2 * self.function.coordinates if source == "y" else self.numbers.length(source)
+        size_of_state = self.function.layout.size
+        length = size_of_state if source == "y" else self.numbers.length(source)
         left = f"{self.numbers.local(target)}[{_slice(to, size, self.numbers.length(target))}]"
         return left, f"{sign}{self.numbers.local(source)}[{_slice(start, size, length)}]"
 

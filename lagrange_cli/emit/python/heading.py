@@ -93,6 +93,11 @@ def docstring(equations: Equations, style: str) -> str:
 
 def _statement(equations: Equations, style: str) -> str:
     state = "for y = [q, v], in the order of COORDINATES."
+    if equations.system.states:
+        state = (
+            "for y = [q, v, x], in the order of COORDINATES and, of the states x of first order,"
+            " dx/dt = r(q, v, x, t), of STATES."
+        )
     if not equations.system.multipliers:
         return f"Equations of motion M(q, t) a = f(q, v, t) {state}"
     kinds = "closures and contacts" if equations.system.contacts else "closures"
@@ -123,6 +128,9 @@ def constants(
     system = equations.system
     lines = [f"# {described(c)}" for c in system.coordinates if c.unit or c.description]
     lines += _names("COORDINATES", (c.name for c in system.coordinates))
+    if system.states:
+        lines += [f"# {described(s)}" for s in system.states if s.unit or s.description]
+        lines += _names("STATES", (s.name for s in system.states))
     lines += _names("CARTESIAN", (c.name for c in system.cartesian_names))
     lines += _names("PARAMETERS", (p.name for p in system.parameters))
     if momenta:

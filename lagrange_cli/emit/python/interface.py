@@ -27,6 +27,7 @@ from lagrange_cli.program.solvers.tolerances import (
     MOST_REBOUNDS,
     RATE_TOLERANCE,
 )
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -49,6 +50,7 @@ def projection_source(equations: Equations, programs: Mapping[str, Program]) -> 
         "@ROUNDS@": str(NEWTON_STEPS),
         "@NEAR@": repr(RESIDUAL_AT_REST),
         "@FAR@": repr(RESIDUAL_ROUNDING),
+        **layout_tokens(equations.system.layout),
     }
     coupled = [python_template("projection_coupled")] if has_positions else []
     return "\n\n".join([filled(python_template("projection"), replacements), *coupled])
@@ -72,6 +74,7 @@ def contacts_source(equations: Equations, arguments: str) -> str:
         "@LOOSER@": repr(IMPACT_TOLERANCES),
         "@ULPS@": repr(2.0**-46),
         "@STEPS@": str(COMPLEMENTARITY_STEPS),
+        **layout_tokens(equations.system.layout),
     }
     return filled(python_template("contacts"), replacements)
 
@@ -96,6 +99,30 @@ _FIELD = "    E: np.ndarray\n"
 _NOTE = """
     E dy = 0 are the changes that the constraints allow, E the derivative of their numbers, in
     the order of RESIDUALS. A is that of rhs, which has accelerations off the constraints too."""
+
+
+def layout_tokens(layout: StateLayout) -> dict[str, str]:
+    """Return texts of places in a state ``y``, of which n numbers are coordinates."""
+    if not layout.states:
+        return {
+            "@HALF@": "len(y)//2",
+            "@TWICE@": "",
+            "@WHOLE@": "2*n",
+            "@MOVING@": "",
+            "@VELOCITIES@": "len(y)//2 :",
+            "@STATES@": "",
+            "@SIZE@": "2*len(COORDINATES)",
+        }
+    n = layout.coordinates
+    return {
+        "@HALF@": str(n),
+        "@TWICE@": "2*n",
+        "@WHOLE@": "len(y)",
+        "@MOVING@": f"[:{2 * n}]",
+        "@VELOCITIES@": f"{n}:{2 * n}",
+        "@STATES@": ", *STATES",
+        "@SIZE@": "2*len(COORDINATES) + len(STATES)",
+    }
 
 
 def whole_jacobians(
@@ -218,6 +245,7 @@ def script_source(equations: Equations, decorator: str) -> str:
         "@UNTIL@": repr(float(until)),
         "@STEPS@": str(steps_per_row(equations)),
         "@N@": str(size),
+        **layout_tokens(system.layout),
         "@BEGIN@": begin,
         "@START@": repr(start),
         "@ROWS@": str(ROWS + 1),

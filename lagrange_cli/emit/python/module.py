@@ -17,6 +17,7 @@ from lagrange_cli.emit.python.heading import constants, docstring, parameters_so
 from lagrange_cli.emit.python.interface import (
     canonical_source,
     contacts_source,
+    layout_tokens,
     linearization_source,
     projection_source,
     recorded_source,
@@ -37,10 +38,11 @@ from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
     derivative_programs,
+    optional_outputs,
     program_of,
 )
 from lagrange_cli.program.lowered.lowering import lowered
-from lagrange_cli.program.program import Program, optional_outputs
+from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import LARGEST_UNROLLED
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
 
@@ -84,9 +86,9 @@ _DOCS = {
     "gaps": "Gaps of all contacts, then the magnitudes behind them.",
     "gap_terms": "Gradients of the gaps, by rows; their rates; biases; restitutions.",
     "impulse": "Change of v that changes the rates of closed contacts by the targets.",
-    "jacobian": "Derivatives of rhs by y, 2n by 2n.",
-    "jacobian_u": "Derivatives of rhs by the inputs, in the order of INPUTS, with 2n rows.",
-    "jacobian_p": "Derivatives of rhs by the parameters, in their order, with 2n rows.",
+    "jacobian": "Derivatives of rhs by y, by rows.",
+    "jacobian_u": "Derivatives of rhs by the inputs, in the order of INPUTS, by rows.",
+    "jacobian_p": "Derivatives of rhs by the parameters, in their order, by rows.",
     "output_jacobian": "Derivatives of the outputs by q, then by v.",
     "output_jacobian_u": "Derivatives of the outputs by the inputs.",
     "constraint_jacobian": "Derivatives of what constraints gives by q, then by v.",
@@ -247,6 +249,7 @@ class _Module:
         if self.style == "casadi":
             inputs = python_template("casadi_inputs") if self.driven else ""
             values = {"@INPUTS@": inputs, "@AND@": ", u" if self.driven else ""}
+            values |= layout_tokens(equations.system.layout)
             return [filled(python_template("casadi_function"), values)]
         if self.traced:
             return []

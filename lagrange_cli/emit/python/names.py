@@ -33,8 +33,8 @@ class SceneNames:
     fields
         Fields of the parameters.
     local
-        Dummy name → local name of parameters, coordinates, velocities, inputs, flags of contacts
-        and targets of impulses.
+        Dummy name → local name of parameters, coordinates, velocities, states, inputs, flags of
+        contacts and targets of impulses.
     flags
         Local names of the flags of contacts.
     """
@@ -68,6 +68,7 @@ def scene_names(equations: Equations) -> SceneNames:
     dummies = {f"p{k}": p.name for k, p in enumerate(system.parameters)}
     dummies |= {f"q{k}": name for k, name in enumerate(coordinates)}
     dummies |= {f"v{k}": f"{_stem(name)}_dot" for k, name in enumerate(coordinates)}
+    dummies |= {f"z{k}": state.name for k, state in enumerate(system.states)}
     dummies |= {f"u{k}": source.name for k, source in enumerate(system.inputs)}
     first = len(system.parameters)
     dummies |= {f"p{first + k}": name for k, name in enumerate(contacts)}

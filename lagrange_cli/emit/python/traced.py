@@ -159,10 +159,10 @@ class _Tracer:
         return lines + self._result()
 
     def _opening(self, body: Sequence[Step]) -> list[str]:
-        reads, local, n = names_read(body), self.names.local, self.function.coordinates
+        reads, local = names_read(body), self.names.local
         listed = "{}" if self.vocabulary is not CASADI else "casadi.vertsplit({})"
         fields = [f"p{k}" for k in range(len(self.names.fields))]
-        state = [f"{kind}{i}" for kind in "qv" for i in range(n)]
+        state = self.function.layout.variables
         driven = [f"u{k}" for k in range(self.function.driven)]
         lines: list[str] = []
         for dummies, source in (

@@ -186,6 +186,6 @@ def open_questions(
         return
     work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True)]
     changes = depends(lagrangian, reduced.names.t) or is_nonzero(sp.Add(*work))
-    depends_on_inputs = not lagrangian.free_symbols.isdisjoint(reduced.names.inputs.values())
+    depends_on_inputs = not lagrangian.free_symbols.isdisjoint(reduced.names.external.values())
     if not (changes or depends_on_inputs or jumps(lagrangian)):
         yield "energy"

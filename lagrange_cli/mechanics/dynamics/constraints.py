@@ -52,7 +52,7 @@ def _multipliers(reduced: Reduced) -> Iterator[tuple[str, sp.Symbol]]:
     constraints = [r.name for r in (*reduced.closures, *reduced.gaps)]
     scene = reduced.scene
     taken = {*(c.name for c in scene.constraints), *(u.name for u in scene.unilateral)}
-    used = {*reduced.names.parameters, *reduced.names.inputs, *reduced.names.cartesian}
+    used = {*reduced.names.parameters, *reduced.names.external, *reduced.names.cartesian}
     used |= {c.name for c in reduced.coordinates}
     used |= {d.name for d in scene.definitions} | {output.name for output in scene.outputs}
     several, so_far = Counter(constraints), Counter[str]()

@@ -176,7 +176,7 @@ def elements_of(equations: Equations) -> Elements | None:
         return None
     others = families_of(
         [p.name for p in equations.system.parameters]
-        + [u.name for u in equations.system.inputs]
+        + [x.name for x in equations.system.external]
         + [c.multiplier.name for c in equations.system.pushing]
     )
     if not families.keys().isdisjoint(others):
@@ -189,7 +189,7 @@ def elements_of(equations: Equations) -> Elements | None:
                 by_symbol[symbol] = element._replace(order=order)
     for named in (
         *((p.name, p.symbol) for p in equations.system.parameters),
-        *((u.name, u.symbol) for u in equations.system.inputs),
+        *((x.name, x.symbol) for x in equations.system.external),
         *((c.multiplier.name, c.multiplier) for c in equations.system.pushing),
     ):
         element = element_of(named[0])

@@ -240,7 +240,7 @@ class Families:
         symbols = {equations.system.t, *self._constants}
         symbols |= {s for c in equations.system.coordinates for s in (c.q, c.v, c.a)}
         symbols |= {c.multiplier for c in equations.system.pushing} | {
-            u.symbol for u in equations.system.inputs
+            x.symbol for x in equations.system.external
         }
         point = random_point(sorted(symbols, key=str))
         sources = equations.derivation.sources
@@ -333,7 +333,7 @@ def _letters(equations: Equations) -> tuple[sp.Symbol, ...]:
         *(c.name for c in equations.system.cartesian_names),
         *(name for name, _ in (*equations.presentation.abbreviations, *equations.system.outputs)),
         *(f.name for f in equations.system.functions),
-        *(u.name for u in equations.system.inputs),
+        *(x.name for x in equations.system.external),
         *(name for name, _ in equations.presentation.sizes),
         "t",
     ]

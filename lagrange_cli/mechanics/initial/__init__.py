@@ -9,6 +9,7 @@ __all__ = [
     "rank_deficient_start",
     "simulation_defaults",
     "state",
+    "state_starts",
     "suggestions",
     "written_start",
 ]

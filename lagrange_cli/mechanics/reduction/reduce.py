@@ -71,8 +71,9 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated, particle_mass
 from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.scene.checks.table import name_table
+from lagrange_cli.scene.declared_numbers import DeclaredParameter
 from lagrange_cli.scene.language.expression import Equation
-from lagrange_cli.scene.model import DeclaredParameter, Scene
+from lagrange_cli.scene.model import Scene
 
 #: Decimal digits of the numbers that tests of identity and rank work with.
 _DIGITS = 30

@@ -31,7 +31,7 @@ from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
-from lagrange_cli.mechanics.system import Coordinate
+from lagrange_cli.mechanics.system import Coordinate, State
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
@@ -146,6 +146,15 @@ class Reduced:
         """Number and rate of each q, then of each v."""
         moving = [(c.q, c.v) for c in self.coordinates] + [(c.v, c.a) for c in self.coordinates]
         return {symbol: (number, rate) for number, (symbol, rate) in enumerate(moving)}
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """States of first order with their rates over q, v, states, inputs and t."""
+        pairs = zip(self.scene.states, self.names.states.values(), strict=True)
+        return tuple(
+            State(s.name, x, self.resolve(self.convert(s.rate)), s.unit, s.description, s.latex)
+            for s, x in pairs
+        )
 
     @property
     def gaps(self) -> tuple[ClosureEquation, ...]:

@@ -49,7 +49,7 @@ class Names:
     ----------
     t
         Time.
-    parameters, inputs, coordinates
+    parameters, inputs, states, coordinates
         Symbols by name, in declaration order; ``coordinates`` only the declared ones.
     cartesian
         Raw symbols by name, particles' first, in reading order, dependent names last.
@@ -74,6 +74,7 @@ class Names:
             for p in scene.parameters
         }
         self.inputs = {term.name: sp.Symbol(term.name, real=True) for term in scene.inputs}
+        self.states = {state.name: sp.Symbol(state.name, real=True) for state in scene.states}
         self.coordinates = {c.name: self._place(c.name) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._functions = {f.name: f for f in scene.functions}
@@ -108,6 +109,11 @@ class Names:
         self._gone: frozenset[str] = frozenset()
         self.given = dict(self._given())
 
+    @property
+    def external(self) -> dict[str, sp.Symbol]:
+        """Inputs and states by name, which virtual displacements leave alone."""
+        return {**self.inputs, **self.states}
+
     def _raw(self, body: Particle | Point, axis: int) -> sp.Symbol:
         entry = body.position[axis]
         if self._is_bare_name(entry):
@@ -133,7 +139,7 @@ class Names:
     def _is_bare_name(self, entry: Expression) -> bool:
         """Say whether an entry is a Cartesian name: fresh, a coordinate, or defined."""
         node = entry.node
-        known = (*self.parameters, *self.inputs, "t", "pi")
+        known = (*self.parameters, *self.external, "t", "pi")
         if not isinstance(node, Name) or node.name in known:
             return False
         return node.name not in self._components or node.name in self._own_defaults
@@ -170,7 +176,7 @@ class Names:
         """Look up a name over raw symbols, coordinates, parameters and t; None if unknown."""
         if name == "t":
             return self.t
-        tables = (self.parameters, self.inputs, self.coordinates, self.cartesian, self._aliases)
+        tables = (self.parameters, self.external, self.coordinates, self.cartesian, self._aliases)
         for table in tables:
             if name in table:
                 return table[name]

@@ -65,7 +65,7 @@ def with_carets(expr: sp.Expr) -> str:
 
 def initial_snippet(scene: Scene, values: Mapping[str, str], orders: Sequence[int]) -> str:
     """Write ``initial`` with more values, keeping its positions (0) or velocities (1)."""
-    stated = _values(e for e in scene.initial if e.order in orders)
+    stated = _values((*(e for e in scene.initial if e.order in orders), *scene.state_starts))
     return section_snippet(
         "initial", {**stated, **{k: v for k, v in values.items() if k not in stated}}
     )
@@ -129,6 +129,7 @@ def undeclared_names(scene: Scene) -> set[str]:
     """Collect the names that nothing but constraints can determine."""
     declared = {c.name for c in scene.coordinates or ()} | {d.name for d in scene.definitions}
     fixed = {p.name for p in scene.parameters} | {u.name for u in scene.inputs} | {"t", "pi"}
+    fixed |= {s.name for s in scene.states}
     return _cartesian(scene) - declared - fixed
 
 

@@ -221,7 +221,7 @@ class Configurations:
         system = self.equations.system
         known = {**self.values, system.t: float(self.times[0])}
         known |= {c.q: float(x) for c, x in zip(system.coordinates, self.q[0], strict=True)}
-        known |= {u.symbol: 1.0 for u in system.inputs}
+        known |= {x.symbol: 1.0 for x in system.external}
         for force in system.forces:
             symbols = sorted(set().union(*(e.free_symbols for e in force.components)), key=str)
             if len(force.components) == 3 and known.keys() >= {*symbols}:

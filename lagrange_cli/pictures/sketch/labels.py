@@ -55,7 +55,7 @@ def force_caption(equations: Equations, force: BodyForce) -> Caption:
     """Return the parameter or input that is the size of a force, or else the force's name."""
     symbols = set().union(*(e.free_symbols for e in force.components))
     sizes = [p.symbol for p in equations.system.parameters if p.symbol in symbols]
-    sizes += [u.symbol for u in equations.system.inputs if u.symbol in symbols]
+    sizes += [x.symbol for x in equations.system.external if x.symbol in symbols]
     return symbol_caption(equations, sizes[0]) if len(sizes) == 1 else named(force.name)
 
 

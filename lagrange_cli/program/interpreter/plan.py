@@ -119,8 +119,8 @@ class Planner:
         end += len(prologue)
         self._place_leaves("t", end)
         self._place_leaves("y", end + 1)
-        self._place_leaves("given", end + 1 + 2 * function.coordinates)
-        end += 1 + 2 * function.coordinates + self._earlier
+        self._place_leaves("given", end + 1 + function.layout.size)
+        end += 1 + function.layout.size + self._earlier
         steps: _Steps = []
         closures: list[Closure] = []
         for step, solves in self._filled(end, fixed=False):

@@ -201,9 +201,8 @@ class Values:
         if name == "t":
             return self._value("t")
         letter, number = array_named(name), cell_named(name).number
-        if letter in "qv":
-            number += self._function.coordinates * (letter == "v")
-            return self._value("y", which=number)
+        if letter in "qvz":
+            return self._value("y", which=self._function.layout.place(letter, number))
         return self._value(letter, which=number)
 
 

@@ -169,8 +169,8 @@ class Function:
         Its statements.
     shape
         Shape of the results, of which indices count by rows; empty for a number.
-    coordinates, parameters, driven
-        Numbers of coordinates, parameters and inputs that it is handed.
+    coordinates, parameters, driven, states
+        Numbers of coordinates, parameters, inputs and states that it is handed.
     given_functions
         Functions to be evaluated first, whose results stand one after the other in the array
         ``given``.
@@ -184,11 +184,12 @@ class Function:
     parameters: int
     driven: int = 0
     given_functions: tuple[str, ...] = ()
+    states: int = 0
 
     @property
     def layout(self) -> StateLayout:
         """Layout of the state vector that it is handed."""
-        return StateLayout(self.coordinates)
+        return StateLayout(self.coordinates, self.states)
 
 
 def steps_in(body: Iterable[Step]) -> Iterator[Step]:

@@ -54,6 +54,7 @@ from lagrange_cli.program.systems.loops import Zeros
 _ARRAYS = {
     "q": "y",
     "v": "y",
+    "z": "y",
     "u": "u",
     "p": "p",
     "w": "w",
@@ -97,6 +98,7 @@ def lowered(program: Program, name: str) -> Function:
         program.parameters,
         program.driven,
         _given(program, "contact_" if name.startswith("contact_") else ""),
+        program.states,
     )
 
 
@@ -174,11 +176,12 @@ class _Lowering:
         if cell is None:
             letter, number = cell_named(name)
             layout = self.program.layout
-            velocities, behind = layout.velocities.start, layout.size
             if letter in _GIVEN:
-                cell = Cell("given", number + (velocities if letter == "a" else behind))
+                first = layout.velocities.start if letter == "a" else layout.size
+                cell = Cell("given", number + first)
             else:
-                cell = Cell(_ARRAYS[letter], number + (velocities if letter == "v" else 0))
+                array = _ARRAYS[letter]
+                cell = Cell(array, layout.place(letter, number) if array == "y" else number)
             self.cells[name] = cell
         return cell
 

@@ -21,7 +21,7 @@ from lagrange_cli.program.graph.operands import (
     Variable,
 )
 from lagrange_cli.program.graph.statement_groups import Assignment, dependents
-from lagrange_cli.program.kinds import ProgramKind
+from lagrange_cli.program.kinds import STATE_RATES, ProgramKind
 from lagrange_cli.program.lowered.functions import RESULTS, LocalArray, Solve
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
@@ -113,11 +113,14 @@ def _mirrored(array: str, letter: str, n: int) -> list[Statement]:
 
 
 def _right_hand_side(program: Program) -> list[Part]:
-    """Check the pivots, store velocities and accelerations."""
+    """Check the pivots, store velocities, accelerations and rates of states."""
     n = program.coordinates
     velocities = Stores([Statement(Cell(RESULTS, i), Variable(f"v{i}")) for i in range(n)])
     pivots, *solved = _solution(program, {i: Cell(RESULTS, n + i) for i in range(n)}, {})
-    return [pivots, velocities, *solved]
+    first = program.layout.first_order.start
+    rates = program.output(STATE_RATES) if program.states else ()
+    stores = [Statement(Cell(RESULTS, first + k), rate) for k, rate in enumerate(rates)]
+    return [pivots, velocities, *solved, Stores(stores)]
 
 
 def _change(program: Program) -> list[Part]:

@@ -83,7 +83,8 @@ def _read_texts(text: str) -> dict[str, Any]:
 
 def _stored(function: Function) -> list[Any]:
     sizes = (function.shape, function.coordinates, function.parameters, function.driven)
-    return [function.kind.name, list(map(_step, function.body)), *sizes, function.given_functions]
+    body = list(map(_step, function.body))
+    return [function.kind.name, body, *sizes, function.given_functions, function.states]
 
 
 def _step(step: Step) -> list[Any]:
@@ -148,9 +149,10 @@ def _function(
     parameters: int,
     driven: int,
     earlier: Sequence[str],
+    states: int,
 ) -> Function:
     sizes = tuple(shape), coordinates, parameters, driven
-    return Function(name, ProgramKind[kind], _read_steps(body), *sizes, tuple(earlier))
+    return Function(name, ProgramKind[kind], _read_steps(body), *sizes, tuple(earlier), states)
 
 
 def _read_steps(body: Sequence[Any]) -> tuple[Step, ...]:

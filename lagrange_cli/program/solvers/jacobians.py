@@ -146,7 +146,8 @@ def solve_jacobian(
     *,
     sparse: bool,
 ) -> tuple[Jacobian, Outputs]:
-    """Differentiate the state's rates: velocities, and the accelerations that a system gives.
+    """Differentiate the state's rates: velocities, the accelerations that a system gives, and the
+    rates of states.
 
     Accelerations ``a0, a1, …`` and multipliers ``l0, l1, …`` are inputs of the program.
 
@@ -165,6 +166,7 @@ def solve_jacobian(
     right-hand sides, as ``places`` has them).
     """
     matrix = inertia_rows(values, equations)
+    rates = [values.convert(state.rate) for state in equations.system.states]
     gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
     seeds = {values.convert(symbol)[1]: {k: UNIT} for k, symbol in enumerate(by)}
     changes = changes_along(values, system, matrix, gradients, seeds)
@@ -201,6 +203,9 @@ def solve_jacobian(
         dense += (matrix[i].get(j, none) for k, i in enumerate(members) for j in members[k:])
         dense += (gradients[k].get(j, none) for k in closures for j in members)
         dense += (values.convert(system.compliance_of(k)) for k in closures if compliant)
+    for row, tangent in enumerate(derivatives(values, rates, seeds), layout.first_order.start):
+        written += [(row, k) for k in sorted(tangent) if tangent[k][0]]
+        outputs["entries"] += [tangent[k] for k in sorted(tangent) if tangent[k][0]]
     jacobian = Jacobian(
         layout.size, len(by), first, len(gradients), tuple(written), tuple(blocks), None
     )

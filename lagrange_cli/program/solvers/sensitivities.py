@@ -6,7 +6,8 @@ With s the derivative of the coordinates by a number α, M a = f of (q, v, α) g
 
 with a kept: one more right-hand side of the matrix of the accelerations for each α (Hairer,
 Nørsett and Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., I.14). The coordinates s
-stand behind those of the system, all of the first α, then those of the next.
+stand behind those of the system, all of the first α, then those of the next. States of first order
+x with ẋ = r have derivatives with the rate dr/dα, which stand behind them likewise.
 """
 
 from __future__ import annotations
@@ -16,7 +17,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.program.graph.derivatives import UNIT, Tangent, replaced, scaled
+from lagrange_cli.program.graph.derivatives import (
+    UNIT,
+    Tangent,
+    derivatives,
+    replaced,
+    scaled,
+)
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.blocks import (
     MassMatrixSystem,
@@ -74,6 +81,23 @@ def with_sensitivities(
     return (*blocks, *further), list(added.items())
 
 
+def state_rates(values: ValueGraph, equations: Equations) -> list[ScaledNode]:
+    """Return the rates of the states, then those of their derivatives along each direction."""
+    directions = len(equations.system.sensitivities)
+    count = len(equations.system.states) // (directions + 1)
+    rates = [values.convert(state.rate) for state in equations.system.states[:count]]
+    if not directions:
+        return rates
+    tangents = derivatives(values, rates, _seeds(values, equations, _own_coordinates(equations)))
+    none = (UNIT[0] * 0, UNIT[1])
+    changes = [tangent.get(k, none) for k in range(directions) for tangent in tangents]
+    return [*rates, *changes]
+
+
+def _own_coordinates(equations: Equations) -> int:
+    return len(equations.system.mass_matrix)
+
+
 def _too_coupled() -> InputError:
     return InputError(
         Problem(
@@ -88,11 +112,15 @@ def _too_coupled() -> InputError:
 def _seeds(values: ValueGraph, equations: Equations, n: int) -> dict[int, Tangent]:
     """Derivatives of coordinates, velocities and parameters along each direction."""
     seeds: dict[int, dict[int, ScaledNode]] = {}
+    states = equations.system.states
+    count = len(states) // (len(equations.system.sensitivities) + 1)
     for k, parameters in enumerate(equations.system.sensitivities):
         further = equations.system.coordinates[n * (k + 1) : n * (k + 2)]
         for coordinate, change in zip(equations.system.coordinates[:n], further, strict=True):
             seeds.setdefault(values.convert(coordinate.q)[1], {})[k] = values.convert(change.q)
             seeds.setdefault(values.convert(coordinate.v)[1], {})[k] = values.convert(change.v)
+        for state, moved in zip(states[:count], states[count * (k + 1) :], strict=False):
+            seeds.setdefault(values.convert(state.symbol)[1], {})[k] = values.convert(moved.symbol)
         for symbol, slope in parameters.items():
             seeds.setdefault(values.convert(symbol)[1], {})[k] = scaled(UNIT, slope)
     return dict(seeds)

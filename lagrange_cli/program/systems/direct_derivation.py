@@ -306,13 +306,13 @@ def at_certificate(
     values: ValueGraph, wanted: Sequence[ScaledNode], equations: Equations, *, digits: bool = True
 ) -> list[Any]:
     """Evaluate values at the certificate's state; all are NaN if an operation has no real value."""
-    sources = equations.derivation.sources
+    sources, system = equations.derivation.sources, equations.system
     assert sources is not None
-    symbols: dict[str, Expr] = {"t": equations.system.t}
-    symbols |= {f"p{k}": p.symbol for k, p in enumerate(equations.system.parameters)}
-    symbols |= {f"u{k}": u.symbol for k, u in enumerate(equations.system.inputs)}
-    for k, c in enumerate(equations.system.coordinates[: len(equations.system.mass_matrix)]):
-        symbols |= {f"q{k}": c.q, f"v{k}": c.v, f"a{k}": c.a}
+    names, state = ("t", *system.layout.variables), (system.t, *system.state_symbols)
+    symbols: dict[str, Expr] = dict(zip(names, state, strict=True))
+    symbols |= {f"p{k}": p.symbol for k, p in enumerate(system.parameters)}
+    symbols |= {f"u{k}": u.symbol for k, u in enumerate(system.inputs)}
+    symbols |= {f"a{k}": c.a for k, c in enumerate(system.coordinates)}
     symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.system.pushing)}
     number, functions = (_decimal, _IN_DECIMALS) if digits else (float, _IN_DOUBLES)
     with mpmath.workdps(_DIGITS), localcontext(_DECIMALS):

@@ -91,7 +91,7 @@ def is_large_system(equations: Equations) -> bool:
     large = n + m >= FEWEST_UNKNOWNS if m else n >= _FEWEST_FREE
     if not large or not equations.derivation.facts.positive_definite_mass_matrix:
         return False
-    if equations.system.sensitivities:
+    if equations.system.sensitivities or equations.system.states:
         return False
     rows = enumerate(equations.system.mass_matrix)
     return equations.derivation.facts.diagonal_mass_matrix or all(

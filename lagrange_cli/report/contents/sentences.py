@@ -360,6 +360,8 @@ def _reasons(loss: EnergyLoss, lagrangian: Inline) -> Iterator[Written]:
         yield say("{lagrangian} depends on {time}", lagrangian=lagrangian, time=TIME)
     for name in loss.inputs:
         yield say("{lagrangian} holds the input {name}", lagrangian=lagrangian, name=Plain(name))
+    for name in loss.states:
+        yield say("{lagrangian} holds the state {name}", lagrangian=lagrangian, name=Plain(name))
     if loss.friction:
         yield say("friction takes energy")
     for name in loss.forces:

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 _EXPRESSIONS = (
     *("singular", "kinetic", "potential", "lagrangian", "equations", "multiplier_equations"),
     *("mass_matrix", "forcing", "conserved", "energy_balance", "closure", "contacts"),
-    *("inputs", "outputs", "constraint_forces", "constraint_multipliers"),
+    *("states", "inputs", "outputs", "constraint_forces", "constraint_multipliers"),
     *("hamiltonian", "canonical", "routhian", "effective_potential", "gyroscopic", "recovered"),
     *("first_order", "small_oscillations"),
 )

@@ -223,12 +223,15 @@ class _FirstOrder(NamedTuple):
         Name → value, None where it is not solved for.
     coupled
         Equations of those that are not.
+    states
+        States of first order and their rates.
     """
 
     velocities: dict[str, str]
     accelerations: dict[str, Expr | None]
     multipliers: dict[str, Expr | None]
     coupled: list[ShownEquation]
+    states: Sequence[tuple[str, Expr]]
 
 
 _RATE: JsonObject[tuple[str, Expr | str | None]] = JsonObject(
@@ -244,10 +247,11 @@ _FIRST_ORDER: JsonObject[_FirstOrder] = JsonObject(
     Key(
         "rates",
         list_of(_RATE),
-        "Rates of all coordinates, then of all velocities.",
+        "Rates of all coordinates, then of all velocities, then of states.",
         lambda form: [
             *form.velocities.items(),
             *((form.velocities[name], rate) for name, rate in form.accelerations.items()),
+            *form.states,
         ],
     ),
     Key(
@@ -279,6 +283,7 @@ def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str
             for closure, value in zip(closures, solved.multipliers, strict=True)
             if value is None
         ],
+        [(state.name, state.rate) for state in equations.system.states],
     )
     return FIRST_ORDER.write(form, say.knowing(with_velocities(say.words, equations, letter)))
 

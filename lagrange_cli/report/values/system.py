@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import EnergyBalance, Facts, FormulationChoice
-    from lagrange_cli.mechanics.system import Closure, Contact, Input
+    from lagrange_cli.mechanics.system import Closure, Contact, Input, State
     from lagrange_cli.scene.model import DeclaredFunction
 
 
@@ -211,6 +211,12 @@ _TABLE: JsonObject[DeclaredFunction] = JsonObject(
         Key("outside", TEXT, "The values beyond the outermost rows: end, hold or extend."),
     ),
 )
+_STATE: JsonObject[State] = JsonObject(
+    Key("name", TEXT, "Its name."),
+    Key("rate", EXPRESSION, "Its time derivative."),
+    Key("unit", TEXT, "Its unit.", optional=True),
+    Key("description", TEXT, "Its description.", optional=True),
+)
 _FACTS: JsonObject[Facts] = JsonObject(
     Key("constant_mass_matrix", BOOLEAN, "M is constant."),
     Key("diagonal_mass_matrix", BOOLEAN, "M is diagonal."),
@@ -263,6 +269,13 @@ FINDINGS: JsonObject[Equations] = JsonObject(
         list_of(_CONTACT),
         "One-sided constraints.",
         lambda e: [_NamedContact(contact, coordinate_names(e)) for contact in e.system.contacts],
+    ),
+    Key(
+        "states",
+        list_of(_STATE),
+        "States of first order with their rates; they are no degrees of freedom.",
+        lambda equations: equations.system.states or None,
+        optional=True,
     ),
     Key("inputs", list_of(_INPUT), "Inputs of the scene.", lambda e: e.system.inputs),
     Key(

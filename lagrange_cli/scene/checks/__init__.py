@@ -4,4 +4,4 @@ A model goes in; problems with their places come out, none where the scene is in
 :mod:`.names` first.
 """
 
-__all__ = ["names", "table"]
+__all__ = ["external", "names", "table"]

@@ -44,8 +44,8 @@ class ExpressionTraits:
         True if it depends on parameters and numbers only.
     extent
         Its value, or its largest power.
-    first_input
-        First input in it, None if it holds none.
+    first_input, first_state
+        First input and first state in it, None if it holds none.
     """
 
     rate: int = 0
@@ -53,6 +53,7 @@ class ExpressionTraits:
     constant: bool = False
     extent: Extent = ANY_EXTENT
     first_input: str | None = None
+    first_state: str | None = None
 
 
 def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], list[list[str]]]:
@@ -101,7 +102,7 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
     ExpressionError
         At the part that exceeds a limit of :mod:`lagrange_cli.scene.language.bounds`.
     """
-    rough = first_input = None
+    rough = first_input = first_state = None
     constant, holds_rates = True, False
     for part in walk(node):
         if isinstance(part, Name):
@@ -110,13 +111,14 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
             holds_rates |= bool(traits.rate)
             rough = rough or traits.rough
             first_input = first_input or traits.first_input
+            first_state = first_state or traits.first_state
         elif isinstance(part, Call):
             holds_rates |= part.function in TIME_DERIVATIVES
             rough = rough or _rough_function(part, names)
     extents = _Extents(names)
     extent = extent_of(node, extents)
     rate = _rates(node, names)[id(node)] if holds_rates else 0
-    return ExpressionTraits(rate, rough, constant, extent, first_input)
+    return ExpressionTraits(rate, rough, constant, extent, first_input, first_state)
 
 
 def _rough_function(call: Call, names: Mapping[str, ExpressionTraits]) -> str | None:

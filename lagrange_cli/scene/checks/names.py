@@ -13,11 +13,11 @@ from lagrange_cli.scene.checks.dependencies import (
     dependency_order,
     rate_node,
 )
+from lagrange_cli.scene.checks.external import check_inputs, check_states
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
 from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import (
-    TIME_DERIVATIVES,
     Call,
     Expression,
     Name,
@@ -103,10 +103,11 @@ def _check_known(
         if known_already:
             continue
         if node.name not in table:
+            multiplier = node.name.startswith("lambda_")
             problems.add(
                 f"unknown name {shown(node.name)} in {use.what}",
                 mark,
-                hint=_suggestion(node.name, table),
+                hint=(multiplier and use.place.hint) or _suggestion(node.name, table),
                 rule="unknown-name",
             )
         elif only_parameters and node.name != "pi" and node.name not in table.parameters:
@@ -200,7 +201,16 @@ def _check_values(scene: Scene, table: NameTable, problems: Problems) -> None:
 def _check_value(value: InitialValue, what: str, table: NameTable, problems: Problems) -> None:
     if table.is_position(value.name):
         return
-    positions = [*table.coordinates, *table.cartesian, *table.components]
+    if value.name in table.states:
+        if value.order:
+            problems.add(
+                f"the rate of the state '{value.name}' in {what} is what 'states' says",
+                value.mark,
+                hint=f"give its value: {value.name}",
+                rule="not-coordinate",
+            )
+        return
+    positions = [*table.coordinates, *table.cartesian, *table.components, *table.states]
     if value.name in table:
         message = f"'{value.name}' in {what} is not a coordinate"
         problems.add(message, value.mark, rule="not-coordinate")
@@ -313,9 +323,11 @@ def _check_places(
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
     inputs = {term.name: ExpressionTraits(first_input=term.name) for term in scene.inputs}
+    states = {state.name: ExpressionTraits(first_state=state.name) for state in scene.states}
     # Tables have no second derivative at their points.
     tables = {f.name: ExpressionTraits(rough=f.name) for f in scene.functions if f.table}
-    symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT, **parameters, **inputs, **tables}
+    symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT}
+    symbolic |= {**parameters, **inputs, **states, **tables}
     numeric: dict[str, ExpressionTraits] = dict(symbolic)
     traits = TraitsByShape()
     for name in order:
@@ -348,8 +360,11 @@ def _check_place(
         )
     if use.place.names in _ALONE:
         _check_constant(use, names, problems)
-    elif traits.first_input:
-        _check_inputs(use, names, scene, problems)
+        return
+    if traits.first_input:
+        check_inputs(use, names, scene, problems)
+    if traits.first_state:
+        check_states(use, names, problems)
 
 
 def _check_constant(use: Use, names: dict[str, ExpressionTraits], problems: Problems) -> None:
@@ -366,40 +381,6 @@ def _check_constant(use: Use, names: dict[str, ExpressionTraits], problems: Prob
             rule="not-constant",
         )
         return
-
-
-def _check_inputs(
-    use: Use, names: dict[str, ExpressionTraits], scene: Scene, problems: Problems
-) -> None:
-    """Refuse inputs where their rates would be needed, which nothing gives."""
-    whole = [
-        n
-        for n in walk(use.expression.node)
-        if isinstance(n, Call) and n.function in TIME_DERIVATIVES
-    ]
-    for node in whole if use.place.inputs else [use.expression.node]:
-        for name in names_in(node):
-            first_input = names.get(name.name, ExpressionTraits()).first_input
-            if first_input:
-                where = f"dot(...) in {use.what}" if use.place.inputs else use.what
-                problems.add(
-                    f"the input '{first_input}' cannot stand in {where}",
-                    use.expression.mark(name.span),
-                    hint=f"its rate would be needed; {without_rate(scene, first_input)}",
-                    rule="misplaced-input",
-                )
-                return
-
-
-def without_rate(scene: Scene, name: str) -> str:
-    """Return advice on replacing an input whose rate would be needed."""
-    declared = next(u for u in scene.inputs if u.name == name)
-    if declared.recording is None:
-        return "what is known in advance can be written as a definition in t"
-    return (
-        "it is not taken from files, but a force can follow the input:"
-        f" {{on: x, force: c*({name} - dot(x))}}"
-    )
 
 
 def _is_rough(node: object, names: dict[str, ExpressionTraits]) -> bool:

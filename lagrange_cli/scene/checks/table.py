@@ -33,6 +33,8 @@ class NameTable:
         The scene's own functions, which are no names of values.
     bodies
         Names of particles and points.
+    states
+        Names of states of first order.
     """
 
     parameters: Mapping[str, Mark]
@@ -43,6 +45,7 @@ class NameTable:
     components: Mapping[str, Expression]
     functions: Mapping[str, Mark]
     bodies: Mapping[str, Mark]
+    states: Mapping[str, Mark]
 
     def __contains__(self, name: object) -> bool:
         return any(
@@ -51,6 +54,7 @@ class NameTable:
                 ("t", "pi"),
                 self.parameters,
                 self.inputs,
+                self.states,
                 self.coordinates,
                 self.definitions,
                 self.cartesian,
@@ -60,8 +64,15 @@ class NameTable:
 
     def known(self) -> list[str]:
         """Return all names that an expression may use."""
-        kinds = (self.parameters, self.inputs, self.coordinates, self.definitions, self.cartesian)
-        return ["t", "pi", *(name for kind in (*kinds, self.components) for name in kind)]
+        values = (self.parameters, self.inputs, self.states)
+        kinds = (
+            *values,
+            self.coordinates,
+            self.definitions,
+            self.cartesian,
+            self.components,
+        )
+        return ["t", "pi", *(name for kind in kinds for name in kind)]
 
     def is_position(self, name: str) -> bool:
         """Say whether a name is a coordinate, a Cartesian name or a component."""
@@ -73,6 +84,7 @@ def name_table(scene: Scene) -> NameTable:
     bodies: tuple[Particle | Point, ...] = (*scene.particles, *scene.points)
     parameters = {p.name: p.mark for p in scene.parameters}
     inputs = {term.name: term.mark for term in scene.inputs}
+    states = {state.name: state.mark for state in scene.states}
     components = {
         component(axis, body.name): entry
         for body in bodies
@@ -81,7 +93,7 @@ def name_table(scene: Scene) -> NameTable:
     cartesian: dict[str, Mark] = {}
     for name, entry in components.items():
         node = entry.node
-        if not isinstance(node, Name) or node.name in (*parameters, *inputs, "t", "pi"):
+        if not isinstance(node, Name) or node.name in (*parameters, *inputs, *states, "t", "pi"):
             continue
         # The name of another component refers to that component.
         if node.name == name or node.name not in components:
@@ -89,8 +101,8 @@ def name_table(scene: Scene) -> NameTable:
     coordinates = {c.name: c.mark for c in scene.coordinates or ()}
     definitions = {d.name: d.mark for d in scene.definitions}
     functions = {f.name: f.mark for f in scene.functions}
-    declared = {*parameters, *inputs, *coordinates, *definitions, *components, *functions}
-    declared |= {"t", "pi", "e"}
+    declared = {*parameters, *inputs, *states, *coordinates, *definitions, *components}
+    declared |= {*functions, "t", "pi", "e"}
     for name, mark in dependent_names(scene).items():
         if name not in declared:
             cartesian.setdefault(name, mark)
@@ -98,7 +110,15 @@ def name_table(scene: Scene) -> NameTable:
         cartesian.setdefault(name, scene.coordinates_mark or Mark(scene.file, 1, 1))
     marks = {body.name: body.mark for body in bodies}
     return NameTable(
-        parameters, inputs, coordinates, definitions, cartesian, components, functions, marks
+        parameters,
+        inputs,
+        coordinates,
+        definitions,
+        cartesian,
+        components,
+        functions,
+        marks,
+        states,
     )
 
 
@@ -165,6 +185,7 @@ def _check_declared_twice(
         ("an index", indices),
         ("a parameter", table.parameters),
         ("an input", table.inputs),
+        ("a state", table.states),
         ("a coordinate", table.coordinates),
         ("a definition", table.definitions),
         ("a function", table.functions),
@@ -195,7 +216,7 @@ def _check_declared_twice(
 
 def _check_components(table: NameTable, outputs: Mapping[str, Mark], problems: Problems) -> None:
     """Refuse a declared ``x_bob`` if bob's position has another name for that component."""
-    fixed = {**table.parameters, **table.inputs}
+    fixed = {**table.parameters, **table.inputs, **table.states}
     for name, entry in table.components.items():
         itself = isinstance(entry.node, Name) and entry.node.name == name
         for kind in (fixed, table.coordinates, table.definitions, outputs):
@@ -213,10 +234,12 @@ def _printed(scene: Scene, table: NameTable) -> Iterator[tuple[str, str, Mark]]:
     """Yield names with the text that they print as, and their places."""
     latex = {p.name: p.latex for p in scene.parameters}
     latex.update({c.name: c.latex for c in scene.coordinates or ()})
+    latex.update({s.name: s.latex for s in scene.states})
     for name, text, _ in latex_names(scene):
         latex[name] = latex.get(name) or text
     marks: dict[str, Mark] = {}
-    declared = (table.parameters, table.inputs, table.coordinates, table.definitions)
+    values = (table.parameters, table.inputs, table.states)
+    declared = (*values, table.coordinates, table.definitions)
     for kind in (*declared, table.cartesian):
         for name, mark in kind.items():
             marks.setdefault(name, mark)

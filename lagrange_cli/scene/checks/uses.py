@@ -26,18 +26,21 @@ class Restrictions:
         ``all``; ``time``: t and constants; ``constants``; or ``parameters`` alone.
     inputs
         True if inputs may occur, whose rates are not known.
+    states
+        True if states may occur.
     multipliers
         True if names ``lambda_...`` may occur, whether or not the constraint exists.
     momenta
         True if names ``p_...`` may occur, whether or not the coordinate exists.
     hint
-        Hint of a refusal by ``rate`` or ``smooth``.
+        Hint of a refusal by ``rate`` or ``smooth``, and of one of multipliers.
     """
 
     rate: int = 0
     smooth: bool = False
     names: Literal["all", "time", "constants", "parameters"] = "all"
     inputs: bool = False
+    states: bool = False
     multipliers: bool = False
     momenta: bool = False
     hint: str = ""
@@ -50,10 +53,18 @@ _ONE_SIDED = Restrictions(
     hint="a one-sided constraint holds positions and t, in functions with a derivative;"
     "\nx >= abs(y) is two inequalities: [x >= y, x >= -y]",
 )
-_DYNAMICS = Restrictions(rate=1, inputs=True)
+_DYNAMICS = Restrictions(rate=1, inputs=True, states=True)
+_ENERGY = Restrictions(rate=1, inputs=True)
+_RATE = Restrictions(
+    rate=1,
+    inputs=True,
+    states=True,
+    hint="accelerations and multipliers follow from the states: a rate holds positions, velocities,"
+    " states, inputs and t",
+)
 _NUMBER = Restrictions(names="parameters")
-_CANONICAL = Restrictions(inputs=True, momenta=True)
-_MOTION = Restrictions(rate=2, inputs=True, multipliers=True)
+_CANONICAL = Restrictions(inputs=True, states=True, momenta=True)
+_MOTION = Restrictions(rate=2, inputs=True, states=True, multipliers=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +94,8 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
     for declared in scene.inputs:
         if declared.expression:
             yield Use(declared.expression, f"input '{declared.name}'", Restrictions(names="time"))
+    for state in scene.states:
+        yield Use(state.rate, f"the rate of state '{state.name}'", _RATE)
     for particle in scene.particles:
         what = f"the mass of particle '{particle.name}'"
         yield Use(particle.mass, what, Restrictions(names="constants"))
@@ -116,7 +129,7 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
     for term in scene.potentials:
         yield Use(term.expression, f"potential '{term.name}'", _DYNAMICS)
     for term in scene.kinetic:
-        yield Use(term.expression, f"kinetic energy '{term.name}'", _DYNAMICS)
+        yield Use(term.expression, f"kinetic energy '{term.name}'", _ENERGY)
     for force in scene.forces:
         for entry in force.components:
             yield Use(entry, f"force '{force.name}'", _DYNAMICS)

@@ -8,14 +8,13 @@ from fractions import Fraction
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.latex_allowlist import between_dollars, check_latex
+from lagrange_cli.scene.declared_numbers import DeclaredInput, DeclaredParameter, DeclaredState
 from lagrange_cli.scene.language.expression import Expression, Name, Number
 from lagrange_cli.scene.language.problems import shown
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import (
     DeclaredCoordinate,
     DeclaredFunction,
-    DeclaredInput,
-    DeclaredParameter,
     Definition,
     Particle,
     Point,
@@ -119,6 +118,27 @@ def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]
         if expression:
             inputs.append(DeclaredInput(key.text, key.mark, expression))
     return tuple(inputs)
+
+
+def read_states(node: SourceNode, reading: Reading) -> tuple[DeclaredState, ...]:
+    """Read ``states``: rates by name, or mappings that say more."""
+    entries = reading.named(node, "states", symbols=True)
+    return tuple(filter(None, (_state(key, value, reading) for key, value in entries)))
+
+
+def _state(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredState | None:
+    what = f"state '{key.text}'"
+    fields = {"rate": node}
+    if isinstance(node, Mapping):
+        known = ("rate", "unit", "description", "latex")
+        fields = reading.fields(node, what, known, required=("rate",))
+    rate = reading.expression(fields["rate"], f"the rate of {what}") if "rate" in fields else None
+    texts = (
+        read_text_field(fields, "unit", what, reading),
+        _description(fields, what, reading),
+        with_indices(read_latex(fields, what, reading), key.text),
+    )
+    return None if rate is None else DeclaredState(key.text, key.mark, rate, *texts)
 
 
 def read_functions(node: SourceNode, reading: Reading) -> tuple[DeclaredFunction, ...]:

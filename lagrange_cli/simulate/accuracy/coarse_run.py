@@ -104,11 +104,14 @@ class CoarseRun:
 
     def __init__(self, problem: InitialValueProblem, watch: Watch, tolerance: float) -> None:
         self._problem, self._watch, self._tolerance = problem, watch, tolerance
-        n, velocities = len(problem.kinds), problem.layout.velocities
-        speeds = np.abs(problem.y0[velocities])
-        accelerations = problem.rhs(problem.start, problem.y0)[velocities]
+        n, layout = len(problem.kinds), problem.layout
+        slope = problem.rhs(problem.start, problem.y0)
+        accelerations = slope[layout.velocities]
         h, push = _first_step(problem, accelerations), np.abs(accelerations)
-        first = np.concatenate([speeds * h + push * (h * h), np.maximum(push * h, speeds)])
+        # Positions have moved from the start; velocities and states are as large as they are.
+        still = np.where(np.arange(layout.size) < n, 0.0, np.abs(problem.y0))
+        first = np.maximum(np.abs(slope) * h, still)
+        first[:n] += push * (h * h)
         finest = tolerance == COARSE_TOLERANCES[-1]
         self.motion = ObservedMotion(
             problem.y0,
@@ -117,13 +120,13 @@ class CoarseRun:
             span=problem.span,
             tolerance=tolerance,
             least=LEAST,
-            moved=np.where(np.isfinite(first), first, np.concatenate([np.zeros(n), speeds])),
+            moved=np.where(np.isfinite(first), first, still),
             nearest=0.0 if finest else _TOO_CLOSE * tolerance,
             scales_of=partial(moved_scales, problem),
         )
         self._control = Control(
             # Positions count from the start: an offset of the origin is no scale.
-            rtol=np.array([0.0] * n + [tolerance] * n),
+            rtol=np.array([0.0] * n + [tolerance] * (layout.size - n)),
             atol=self.motion.atol,
             first_step=h,
             max_step=_LONGER * problem.longest_step,

@@ -152,11 +152,11 @@ def stiffness_trial(
     """
     remaining = replace(problem, y0=y, times=np.array([t, problem.until]))
     tolerance = max(tolerance, _FINEST)
-    n = len(problem.kinds)
+    n, size = len(problem.kinds), problem.layout.size
     reached, evaluations = [], 0
     for name in ("DOP853", "Radau"):
         control = Control(
-            rtol=np.repeat([0.0, tolerance], n),
+            rtol=np.where(np.arange(size) < n, 0.0, tolerance),
             atol=np.maximum(tolerance * scales, least),
             first_step=problem.span * _FIRST_TRIAL_STEP,
             max_step=problem.longest_step,

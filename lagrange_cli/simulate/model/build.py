@@ -133,6 +133,7 @@ def _model_of(equations: Equations) -> Model:
     return Model(
         name=equations.presentation.name,
         coordinates=tuple(c.name for c in equations.system.coordinates),
+        states=tuple(s.name for s in equations.system.states),
         kinds=coordinate_kinds(equations.system.coordinates),
         cartesian=tuple(c.name for c in equations.system.cartesian_names),
         parameters=tuple(
@@ -191,7 +192,8 @@ def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
     one_side = evaluated.one_side
     if one_side is None:
         return {}
-    velocities = {c.v for c in evaluated.equations.system.coordinates}
+    system = evaluated.equations.system
+    velocities = {c.v for c in system.coordinates} | {s.symbol for s in system.states}
     return {
         "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in one_side.surfaces),
         "continuous": len(one_side.continuous),

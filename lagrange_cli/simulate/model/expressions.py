@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 
 def forces_and_inertias(equations: Equations) -> Iterator[Expr]:
-    """Yield the forces, then the entries of the mass matrix that are not zero."""
+    """Yield forces, rates of states, then the entries of the mass matrix that are not zero."""
     yield from equations.system.forcing
+    yield from (state.rate for state in equations.system.states)
     for row in equations.system.mass_matrix:
         yield from entries(row).values()
 
@@ -72,10 +73,11 @@ def rates(
 ) -> tuple[list[Expr], list[Expr]]:
     """Differentiate expressions with respect to time, once and twice.
 
-    A second rate is 0 where the expression depends on velocities. ``in_time`` is the partial
-    derivative with respect to the time.
+    A second rate is 0 where the expression depends on velocities or states. ``in_time`` is the
+    partial derivative with respect to the time.
     """
     velocities = {c.v for c in equations.system.coordinates}
+    velocities |= {state.symbol for state in equations.system.states}
     first = [_rate(e, equations, in_time) for e in expressions]
     second = [
         sympy.Integer(0) if e.free_symbols & velocities else _rate(rate, equations, in_time)
@@ -90,4 +92,7 @@ def _rate(expression: Expr, equations: Equations, in_time: Callable[[Expr, Symbo
         terms.append(derivative(expression, c.q) * c.v)
         if c.v in expression.free_symbols:
             terms.append(derivative(expression, c.v) * c.a)
+    for state in equations.system.states:
+        if state.symbol in expression.free_symbols:
+            terms.append(derivative(expression, state.symbol) * state.rate)
     return sympy.Add(*terms)

@@ -108,6 +108,7 @@ def substitute_inputs(equations: Equations) -> Equations:
             equations.system,
             inputs=(*inputs, *(u for u in equations.system.inputs if u.driven)),
             forcing=tuple(map(put, equations.system.forcing)),
+            states=tuple(replace(s, rate=put(s.rate)) for s in equations.system.states),
             energy=put(equations.system.energy),
             kinetic=put(equations.system.kinetic),
             potential=put(equations.system.potential),

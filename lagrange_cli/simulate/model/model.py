@@ -150,6 +150,8 @@ class Model:
     ----------
     name
         The scene's.
+    states
+        States of first order, behind the velocities in y.
     coordinates, kinds
         One entry a coordinate; its kind is ``angle``, or a word that coordinates of the same
         dimension share.
@@ -249,11 +251,12 @@ class Model:
     landmarks: int = 0
     labels: Labels = field(default_factory=Labels)
     initial_decimals: tuple[str, ...] = field(default=(), compare=False)
+    states: tuple[str, ...] = ()
 
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the numbers of a state: coordinates, then their ``dot``."""
-        return self.layout.names(self.coordinates)
+        return self.layout.names(self.coordinates, self.states)
 
     @property
     def borders(self) -> tuple[str, ...]:
@@ -263,7 +266,7 @@ class Model:
     @property
     def layout(self) -> StateLayout:
         """Layout of the state vector."""
-        return StateLayout(len(self.coordinates))
+        return StateLayout(len(self.coordinates), len(self.states))
 
     @property
     def output_count(self) -> int:
@@ -307,7 +310,7 @@ class Model:
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
-        lists += ("steep", "initial_decimals", "driven", "positive", "table_ends")
+        lists += ("steep", "initial_decimals", "driven", "positive", "table_ends", "states")
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])

@@ -227,7 +227,7 @@ def _without_poles(equations: Equations, difference: Expr) -> Expr:
 def _moving(equations: Equations) -> set[Symbol]:
     """Symbols that change along a motion."""
     moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
-    return moving | {symbol for c in equations.system.coordinates for symbol in (c.q, c.v)}
+    return moving | set(equations.system.state_symbols)
 
 
 def _modulo_turns(equations: Equations, difference: Expr) -> Expr:

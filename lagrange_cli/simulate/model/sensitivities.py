@@ -21,7 +21,7 @@ from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.proofs.finite_field import NoValueError, solved_linear_system
 from lagrange_cli.mechanics.proofs.zero_test import relation_holds
-from lagrange_cli.mechanics.system import Coordinate, InitialState
+from lagrange_cli.mechanics.system import Coordinate, InitialState, State
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 
@@ -124,14 +124,16 @@ class SensitiveModels:
             defaults=model.defaults,
             massless=model.massless,
             kinds=(*model.kinds, *kinds),
-            initial=None if start is None else (*start.positions, *start.velocities),
+            initial=None if start is None else start.numbers,
             initial_decimals=() if start is None else start.decimals,
         )
 
 
 def _varied(equations: Equations, directions: Sequence[_Direction]) -> Equations:
-    """Add the derivatives of the coordinates to the coordinates."""
+    """Add the derivatives of the coordinates to the coordinates, those of states to the states."""
     further = [_change(c, d.name) for d in directions for c in equations.system.coordinates]
+    states = equations.system.states
+    further_states = [_state_change(s, d.name) for d in directions for s in states]
     symbols = {p.name: p.symbol for p in equations.system.parameters}
     with_inputs = substitute_inputs(equations)  # whose expressions may hold parameters
     # What is left of a derivative that vanishes is rounding, which has no scale.
@@ -143,6 +145,7 @@ def _varied(equations: Equations, directions: Sequence[_Direction]) -> Equations
         system=replace(
             equations.system,
             coordinates=(*equations.system.coordinates, *further),
+            states=(*states, *further_states),
             initial=None,
             sensitivities=tuple(
                 {symbols[name]: slope for name, slope in d.parameters.items() if name in moving}
@@ -159,6 +162,8 @@ def _drops_out(equations: Equations, parameter: Symbol) -> bool:
         [*row, f]
         for row, f in zip(equations.system.mass_matrix, equations.system.forcing, strict=True)
     ]
+    if any(parameter in state.rate.free_symbols for state in equations.system.states):
+        return False
     rows += [[derivative(entry, parameter) for entry in row] for row in rows]
 
     def vanishes(values: Sequence[int], p: int) -> bool:
@@ -264,21 +269,28 @@ def _change(coordinate: Coordinate, by: str) -> Coordinate:
     return Coordinate(name, q, v, a)
 
 
+def _state_change(state: State, by: str) -> State:
+    """Return the derivative of a state, as a state; variational equations give its rate."""
+    name = f"d({state.name})/d({by})"
+    return State(name, sympy.Dummy(f"x_{name}", real=True), sympy.S.Zero)
+
+
 def _initial(model: Model, directions: Sequence[_Direction]) -> InitialState | None:
     if model.initial is None:
         return None
-    n = len(model.coordinates)
+    layout = model.layout
     exact = [
         Fraction(value) if x is None else x
         for value, x in zip(model.initial, model.exact_initial, strict=True)
     ]
-    positions, velocities = (
+    positions, velocities, states = (
         [*exact[part], *(x for d in directions for x in d.start[part])]
-        for part in (slice(n), slice(n, None))
+        for part in (layout.positions, layout.velocities, layout.first_order)
     )
     return InitialState(
         tuple(map(float, positions)),
         tuple(map(float, velocities)),
         0.0,
-        tuple(map(_text, (*positions, *velocities))),
+        tuple(map(_text, (*positions, *velocities, *states))),
+        tuple(map(float, states)),
     )

@@ -45,7 +45,7 @@ def peak_exponents(equations: Equations, parts: Iterable[Expr]) -> tuple[Expr, .
     A function has a peak, or its step, where its exponent has a peak. Empty where there are
     more than can be watched. ``parts`` are those of :func:`.expressions.calls_and_powers`.
     """
-    moving = {equations.system.t, *(s for c in equations.system.coordinates for s in (c.q, c.v))}
+    moving = {equations.system.t, *equations.system.state_symbols}
     every: dict[Expr, None] = {}
     for part in parts:
         for exponent in _exponents(part):
@@ -85,7 +85,7 @@ def steep_arguments(equations: Equations, parts: Iterable[Expr]) -> tuple[Expr, 
     either. Of more than ``_MOST_ARGUMENTS`` the first are taken. ``parts`` are those of
     :func:`.expressions.calls_and_powers`.
     """
-    moving = {s for c in equations.system.coordinates for s in (c.q, c.v)}
+    moving = set(equations.system.state_symbols)
     numbers = {
         p.symbol: sympy.Float(p.value) for p in equations.system.parameters if p.value is not None
     }

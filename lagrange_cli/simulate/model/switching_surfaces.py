@@ -71,10 +71,11 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
     if {*KINKED, Tabulated}.isdisjoint(map(type, chain(parts, further))):
         return None
     moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
-    moving |= {s for c in equations.system.coordinates for s in (c.q, c.v)}
+    moving |= set(equations.system.state_symbols)
     sides = _Sides(frozenset(moving))
     mass = tuple(_row(row, sides.smooth) for row in equations.system.mass_matrix)
     forcing = tuple(map(sides.smooth, equations.system.forcing))
+    states = tuple(replace(s, rate=sides.smooth(s.rate)) for s in equations.system.states)
     closures = tuple(_closure(closure, sides.smooth) for closure in equations.system.closures)
     contacts = tuple(_contact(contact, sides.smooth) for contact in equations.system.contacts)
     continuous = (sides.smooth(equations.system.energy), *_momenta(equations, sides))
@@ -88,6 +89,7 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
                 equations.system,
                 mass_matrix=mass,
                 forcing=forcing,
+                states=states,
                 closures=closures,
                 contacts=contacts,
                 parameters=(*equations.system.parameters, *(Parameter(w.name, w) for w in weights)),

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from lagrange_cli.emit.c.target import CTarget
 from lagrange_cli.program.graph.operands import cell_named
+from lagrange_cli.program.kinds import STATE_RATES
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.program import Program
 
@@ -63,16 +64,17 @@ def lanes_text(function: str, program: Program, target: CTarget) -> str:
 
 def _unread(program: Program) -> dict[str, bool]:
     arrays = {cell_named(name).array for name in program.reads}
-    state = program.blocks or arrays & {"q", "v"}
+    state = program.blocks or arrays & {"q", "v", "z"}
     return {"t": "t" not in arrays, "y": not state, "p": "p" not in arrays}
 
 
 def _loads(program: Program) -> list[str]:
     n = program.coordinates
     reads = program.reads | {f"v{i}" for i in range(n) if program.blocks}
-    state = [f"{kind}{i}" for kind in "qv" for i in range(n)]
     return [
-        f"const double {name} = y[{8 * k} + l];" for k, name in enumerate(state) if name in reads
+        f"const double {name} = y[{8 * k} + l];"
+        for k, name in enumerate(program.layout.variables)
+        if name in reads
     ]
 
 
@@ -88,15 +90,23 @@ def _results(program: Program, dialect: Dialect) -> list[str]:
     n = program.coordinates
     solved = [i for block in program.blocks for i in block.coordinates]
     accelerations = zip(solved, program.output("acceleration"), strict=True)
+    rates = program.output(STATE_RATES) if program.states else ()
+    first = program.layout.first_order.start
     sums = "".join(f" + 0.0*a{i}" for i in sorted(solved))
+    sums += "".join(f" + 0.0*r{k}" for k in range(len(rates)))
     return [
         *(
             f"const double a{i} = {expression_text(operand, dialect)};"
             for i, operand in accelerations
         ),
+        *(
+            f"const double r{k} = {expression_text(operand, dialect)};"
+            for k, operand in enumerate(rates)
+        ),
         *_pivots(program, dialect),
         f"bad |= !(0.0{sums} == 0.0);",
         *(f"dydt[{8 * i} + l] = v{i};" for i in range(n)),
+        *(f"dydt[{8 * (first + k)} + l] = r{k};" for k in range(len(rates))),
         *(f"dydt[{8 * (n + i)} + l] = a{i};" for i in sorted(solved)),
     ]
 

@@ -28,6 +28,7 @@ from lagrange_cli.program.printing import decimal_literal
 from lagrange_cli.program.program import Program, result_count
 from lagrange_cli.simulate.native.simd import LANES_HEADER, lanes_text
 from lagrange_cli.simulate.native.taylor import TAYLOR_HEADER, taylor_text
+from lagrange_cli.state_layout import StateLayout
 
 #: The program whose numbers vanish at singular configurations.
 GUARD_PROGRAM = "places"
@@ -71,7 +72,7 @@ def guard_source(
         "@REAL@": real.name,
         "@PLACES@": str(result_count(programs[GUARD_PROGRAM])),
         "@TESTS@": "\n".join(tests),
-        "@NUMBERS@": str(2 * programs["rhs"].coordinates),
+        "@NUMBERS@": str(programs["rhs"].layout.size),
     }
     # All perturbed ones are handed as many factors as the one that reads most.
     most = max((p.parameters for name, p in programs.items() if _PERTURBED in name), default=0)
@@ -147,7 +148,7 @@ def _function_text(function: str, programs: Mapping[str, Program], target: CTarg
     (block,) = side.blocks
     numbers = {
         "@OF@": prefix,
-        "@BEHIND@": str(2 * side.coordinates),
+        "@BEHIND@": str(side.layout.size),
         "@CLOSURES@": str(len(block.closures)),
         "@START@": str(block.size**2 + len(block.coordinates)),
     }
@@ -206,16 +207,16 @@ def _parameter_type(programs: Mapping[str, Program], real: Real) -> str:
 
 
 def _target(programs: Mapping[str, Program], real: Real) -> CTarget:
-    names = _dummy_names(programs["rhs"].coordinates, _parameters(programs), programs["rhs"].driven)
-    return CTarget(names, real)
+    side = programs["rhs"]
+    return CTarget(_dummy_names(side.layout, _parameters(programs), side.driven), real)
 
 
 def _parameters(programs: Mapping[str, Program]) -> int:
     return max(program.parameters for program in programs.values())
 
 
-def _dummy_names(coordinates: int, parameters: int, driven: int) -> CNames:
+def _dummy_names(layout: StateLayout, parameters: int, driven: int) -> CNames:
     inputs = {f"p{i}": f"p->p[{i}]" for i in range(parameters)}
-    inputs |= {f"{kind}{i}": f"{kind}{i}" for kind in "qv" for i in range(coordinates)}
+    inputs |= {name: name for name in layout.variables}
     inputs |= {f"u{i}": f"u[{i}]" for i in range(driven)}
     return CNames("system", (), inputs, parameter_array="p->p")

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lagrange_cli.emit.c.target import CTarget
+from lagrange_cli.program.kinds import STATE_RATES
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
 from lagrange_cli.program.program import Program
 from lagrange_cli.simulate.native.taylor_recurrences import (
@@ -37,12 +38,12 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
     It is a ``lagrange_series`` of the header; the first rows are those of the state, and
     behind them that of the time.
     """
-    n = program.coordinates
+    layout = program.layout
     if program.is_large or not all(block.unrolled for block in program.blocks):
         return ""
     if functions_in((*program.output("pivots"), *program.output("scales"))):
         return ""
-    recurrences = Recurrences(target.real.literal, n, 2 * n + 1)
+    recurrences = Recurrences(target.real.literal, layout, layout.size + 1)
     try:
         for name, operand in program.assignments:
             series = recurrences.series_of(operand)
@@ -50,14 +51,20 @@ def taylor_text(function: str, program: Program, target: CTarget) -> str:
         accelerations = [
             recurrences.series_of(operand) for operand in program.output("acceleration")
         ]
+        rates = [
+            recurrences.series_of(operand)
+            for operand in (program.output(STATE_RATES) if program.states else ())
+        ]
         tests = _tests(program, recurrences)
     except NoSeriesError:
         return ""
-    rows = [i for block in program.blocks for i in block.coordinates]
+    first = layout.velocities.start
+    rows = [first + i for block in program.blocks for i in block.coordinates]
+    rows += range(layout.size)[layout.first_order]
     return _function(
         f"{target.prefix}_{function}_taylor",
         recurrences,
-        dict(zip(rows, accelerations, strict=True)),
+        dict(zip(rows, [*accelerations, *rates], strict=True)),
         tests,
     )
 
@@ -76,9 +83,9 @@ def _tests(program: Program, recurrences: Recurrences) -> list[str]:
         for name, series in recurrences.known.items()
     }
     values |= {f"p{i}": f"p[{i}]" for i in range(program.parameters)}
-    for i in range(program.coordinates):
-        values |= {f"q{i}": f"c[{i}]", f"v{i}": f"c[{program.coordinates + i}]"}
-    dialect = Dialect(recurrences.literal, {}, {**values, "t": f"c[{2 * program.coordinates}]"})
+    layout = program.layout
+    values |= {name: f"c[{k}]" for k, name in enumerate(layout.variables)}
+    dialect = Dialect(recurrences.literal, {}, {**values, "t": f"c[{layout.size}]"})
     definite = [block.definite for block in program.blocks for _ in block.coordinates]
     pairs = zip(definite, program.output("pivots"), program.output("scales"), strict=True)
     lines = []
@@ -113,7 +120,8 @@ def _body(
     recurrences: Recurrences, outputs: Mapping[int, SeriesSum], tests: Sequence[str]
 ) -> Iterator[str]:
     """Write first coefficients, second ones of the state, and the loop for all others."""
-    n, rows = recurrences.coordinates, recurrences.rows
+    layout, rows = recurrences.layout, recurrences.rows
+    n = layout.coordinates
     yield "const lagrange_lane zero = {0.0};"
     yield from (
         f"const lagrange_lane k{k} = {constant};"
@@ -124,8 +132,9 @@ def _body(
     yield f"const lagrange_lane bad = {' + '.join(['zero', *tests])};"
     yield "int k;"
     for i, series in sorted(outputs.items()):
-        yield f"c[{rows + i}] = c[{n + i}];"
-        yield f"c[{rows + n + i}] = bad + ({recurrences.text(series, FIRST) or '0.0'});"
+        if i < layout.first_order.start:
+            yield f"c[{rows + i - n}] = c[{i}];"
+        yield f"c[{rows + i}] = bad + ({recurrences.text(series, FIRST) or '0.0'});"
     yield from _loop(recurrences, outputs)
 
 
@@ -162,11 +171,13 @@ def _loop(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> Iterato
 
 def _statements(recurrences: Recurrences, outputs: Mapping[int, SeriesSum]) -> list[str]:
     """Write the coefficients number k, and those of the state that follow."""
-    n, live = recurrences.coordinates, _live(recurrences.steps, outputs.values())
+    layout, live = recurrences.layout, _live(recurrences.steps, outputs.values())
+    n = layout.coordinates
     lines = [line for step in recurrences.steps if set(step.rows) & live for line in step.further]
     for i, series in sorted(outputs.items()):
-        lines.append(f"next[{i}] = now[{n + i}]*further;")
-        lines.append(f"next[{n + i}] = ({recurrences.text(series, NOW) or 'zero'})*further;")
+        if i < layout.first_order.start:
+            lines.append(f"next[{i - n}] = now[{i}]*further;")
+        lines.append(f"next[{i}] = ({recurrences.text(series, NOW) or 'zero'})*further;")
     return lines
 
 

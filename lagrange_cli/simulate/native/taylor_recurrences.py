@@ -27,6 +27,7 @@ from lagrange_cli.program.graph.operands import (
     Sum,
     Variable,
 )
+from lagrange_cli.state_layout import StateLayout
 
 #: Functions of constants and of the first coefficient.
 _EACH = {name: f"lagrange_each_{name}" for name in ("sin", "cos", "sqrt", "exp")}
@@ -89,8 +90,8 @@ class Recurrences:
     ----------
     literal
         Prints an exact number as a constant of the language.
-    coordinates
-        Number of coordinates.
+    layout
+        Layout of the state.
     rows
         Number of rows so far.
     constants
@@ -106,7 +107,7 @@ class Recurrences:
     """
 
     literal: Callable[[Coefficient], str]
-    coordinates: int
+    layout: StateLayout
     rows: int
     constants: list[str] = field(default_factory=list)
     sums: list[tuple[int, int]] = field(default_factory=list)
@@ -158,10 +159,10 @@ class Recurrences:
         array, number = variable.cell
         if array == "p":
             return SeriesSum(f"p[{number}]")
-        if array not in "qvt":
+        if array not in "qvzt":
             raise NoSeriesError(variable.name)
-        places = {"q": number, "v": self.coordinates + number, "t": 2 * self.coordinates}
-        return SeriesSum("", (SeriesTerm("", (places[array],)),))
+        place = self.layout.size if array == "t" else self.layout.place(array, number)
+        return SeriesSum("", (SeriesTerm("", (place,)),))
 
     def _of_sum(self, operand: Sum) -> SeriesSum:
         constants: list[str] = []

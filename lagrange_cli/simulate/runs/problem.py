@@ -287,7 +287,8 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
             "start elsewhere, or choose coordinates and parameters that are regular there",
         )
     project = structured(problem.rhs).project
-    if project is not None and not _near(project(problem.start, problem.y0), problem.y0):
+    start = problem.start, problem.y0
+    if project is not None and not _near(problem.layout, project(*start), problem.y0):
         raise _refused(
             f"the start is not on the constraints, {_state(model, problem)}",
             "lagrange derive shows the constraints that are kept",
@@ -304,10 +305,11 @@ def _massless(model: Model) -> InputError:
     )
 
 
-def _near(projected: Array, y: Array) -> bool:
+def _near(layout: StateLayout, projected: Array, y: Array) -> bool:
     """Tell if positions and velocities are those of the projected state; NaN is near nothing."""
-    moved, size = (np.abs(a).reshape(2, -1).max(axis=1) for a in (projected - y, y))
-    return bool((moved <= _OFF * size).all())
+    parts = (layout.positions, layout.velocities)
+    pairs = ((np.abs(projected - y)[part], np.abs(y)[part]) for part in parts)
+    return all(bool(moved.max() <= _OFF * size.max()) for moved, size in pairs)
 
 
 def _refused(message: str, hint: str) -> InputError:

@@ -106,7 +106,7 @@ class ModelSurfaces(Surfaces):
 
     def rates(self, t: float, y: Array, sides: SurfaceSides, slope: Array) -> SurfaceRates:
         self._layout.weigh(self._rate_parameters, sides)
-        self._rate_parameters[self._known :] = slope[self._n :]
+        self._rate_parameters[self._known :] = slope[self._n : 2 * self._n]
         first, second, sizes = _row(self._rates, t, y).reshape(3, -1)
         return SurfaceRates(first, second, sizes)
 

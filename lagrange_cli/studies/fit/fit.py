@@ -121,8 +121,7 @@ class _Problem:
             measurements, [k for k in first.columns if not k.startswith(("d(", "dot(d("))]
         )
         require_times(measurements, float(first.t[0]))
-        coordinates = {*first.coordinates, *(f"dot({c})" for c in first.coordinates)}
-        self._exact &= coordinates.issuperset(measurements.values)
+        self._exact &= first.scales.keys() >= measurements.values.keys()
         self._choose_samples(first)
         self.given = measurements.deviations.keys() == measurements.values.keys()
         self.deviations = {

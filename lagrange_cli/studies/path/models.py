@@ -100,7 +100,11 @@ def _require_action(equations: Equations) -> None:
     """Refuse systems whose motion makes no action stationary against fixed-end variations."""
     reason, hint = "", ""
     acting = [f.name for f in equations.system.forces if any(q != 0 for q in f.generalized)]
-    if not equations.system.coordinates:
+    if equations.system.states:
+        reason = (
+            f"the state '{equations.system.states[0].name}' moves by its rate: no action has it"
+        )
+    elif not equations.system.coordinates:
         reason = "nothing can move: there are no degrees of freedom"
     elif equations.system.dissipation != 0:
         reason = "there is dissipation, which has no potential: no action has its motion"

@@ -53,7 +53,7 @@ int main()
 
 def _call(k, number, function, interface):
     """A branch that reads the arguments of a function and calls it."""
-    space, n = f"m{k}", 2 * len(interface.coordinates)
+    space, n = f"m{k}", interface.layout.size
     passed = "t, y, "
     lines = [f"const auto y = several<{n}>();", f"{space}::Params<double> p;"]
     lines += [f"p.{p.identifier} = next();" for p in interface.parameters]

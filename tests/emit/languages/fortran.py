@@ -109,7 +109,7 @@ def _scene(k, module):
     replacements = {
         "@K@": str(k),
         "@USED@": ", &\n      ".join(used),
-        "@STATES@": str(2 * len(interface.coordinates)),
+        "@STATES@": str(interface.layout.size),
         "@PARAMETERS@": str(count),
         "@INPUTS@": str(len(interface.inputs)),
         "@LARGEST@": str(max(sizes.values())),

@@ -13,7 +13,7 @@ const calls = readFileSync(0, 'utf8').trim().split('\\n').map((line) => line.spl
 console.log(calls.map(([m, f, ...numbers]) => {
   const [module, names] = MODULES[m];
   const [t, ...rest] = numbers.map(Number);
-  const y = rest.splice(0, 2 * module.COORDINATES.length);
+  const y = rest.splice(0, 2 * module.COORDINATES.length + (module.STATES ?? []).length);
   const p = rest.splice(0, module.PARAMETERS.length);
   const more = module.INPUTS.length ? [rest] : [];
   return [].concat(...[module[names[f]](t, y, p, ...more)].map((x) => x.length ? [...x] : x))

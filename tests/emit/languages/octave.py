@@ -15,7 +15,8 @@ for line = lines
   v = sscanf(line{1}, '%f');
   f = modules{v(1) + 1};
   at = 4;
-  y = v(at:at + 2*numel(f.coordinates) - 1); at = at + numel(y);
+  k = 0; if isfield(f, 'states'), k = numel(f.states); end
+  y = v(at:at + 2*numel(f.coordinates) + k - 1); at = at + numel(y);
   count = numel(f.parameters);
   p = cell2struct(num2cell(v(at:at + count - 1)), fieldnames(f.defaults), 1); at = at + count;
   more = {}; if ~isempty(f.input_names), more = {v(at:end)}; end

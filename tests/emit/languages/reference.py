@@ -201,8 +201,7 @@ def _computed_once(equations, what, compute):
 
 def _simulated(equations, times):
     motion = simulate(equations, accuracy=1e-9, times=times)
-    names = motion.coordinates
-    columns = [motion.columns[name] for name in (*names, *(f"dot({name})" for name in names))]
+    columns = [motion.columns[name] for name in equations.system.state_names]
     return [[float(column[k]) for column in columns] for k, _ in enumerate(times)]
 
 
@@ -215,15 +214,15 @@ def _calls(equations):
 def _states(equations):
     """The start and random states: time, state, parameters."""
     system, random = equations.system, np.random.default_rng(7)
-    n = len(system.coordinates)
-    start = [0.3] * 2 * n
+    size = system.layout.size
+    start = [0.3] * size
     if system.initial is not None:
-        start = [*system.initial.positions, *system.initial.velocities]
+        start = [*system.initial.numbers]
     values = [1.0 if p.value is None else p.value for p in system.parameters]
     t = system.simulate.start
     yield float(t), tuple(start), tuple(values)
     for _ in range(STATES):
-        y = np.array(start) + random.uniform(-0.2, 0.2, 2 * n)
+        y = np.array(start) + random.uniform(-0.2, 0.2, size)
         p = np.array(values) * random.uniform(0.97, 1.03, len(values))
         yield float(t + random.uniform(0, 3)), tuple(map(float, y)), tuple(map(float, p))
 
@@ -245,9 +244,10 @@ class _Values:
             "biases": [c.bias for c in s.closures],
             "closures": [c.expression for c in s.closures if c.kind == "position"],
             "rates": [c.rate for c in s.closures],
+            "state_rates": [state.rate for state in s.states],
             "inputs": [] if recorded else [u.expression for u in s.inputs],
         }
-        arguments = [s.t, *(c.q for c in s.coordinates), *(c.v for c in s.coordinates)]
+        arguments = [s.t, *s.state_symbols]
         arguments += [x.symbol for x in (*s.parameters, *s.inputs)]
         arguments += [*(c.a for c in s.coordinates), *(c.multiplier for c in s.closures)]
         plain = {symbol: sp.Symbol(f"x{k}", real=True) for k, symbol in enumerate(arguments)}
@@ -280,17 +280,17 @@ def _at(equations, values_at, t, y, p):
     if solution is None:
         del values["outputs"]
     else:
-        values["rhs"] = [*map(Sized, y[n:]), *solution[:n]]
+        values["rhs"] = [*map(Sized, y[n : 2 * n]), *solution[:n], *values["state_rates"]]
         values["multipliers"] = solution[n:]
         if s.outputs:
             values["outputs"] = values_at(t, y, p, u, solution)["outputs"]
     gradients = [values["gradients"][k * n : (k + 1) * n] for k in range(m)]
     rates = [
-        sum((g * x for g, x in zip(row, map(Sized, y[n:]), strict=True)), rate)
+        sum((g * x for g, x in zip(row, map(Sized, y[n : 2 * n]), strict=True)), rate)
         for row, rate in zip(gradients, values["rates"], strict=True)
     ]
     values["constraints"] = [*values["closures"], *rates]
-    for name in ("gradients", "biases", "closures", "rates"):
+    for name in ("gradients", "biases", "closures", "rates", "state_rates"):
         del values[name]
     for name, results in values.items():
         if (results or name in _EVERYWHERE) and all(_is_real(x) for x in results):

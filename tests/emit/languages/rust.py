@@ -27,7 +27,7 @@ fn main() {
 
 def _call(k, number, function, interface):
     """A branch that reads the arguments of a function and calls it."""
-    named, n = f"m{k}::{function.name}", 2 * len(interface.coordinates)
+    named, n = f"m{k}::{function.name}", interface.layout.size
     fields = "".join(f"{p.identifier}: next(), " for p in interface.parameters)
     lines = [
         "let t = next();",

@@ -122,6 +122,7 @@ class _LinearContents:
                 )
             ),
             None if damping is None else sentence(damping),
+            Paragraph(_held(linear)) if linear.states else None,
         )
 
     def state_space(self, linear: Linearization) -> Section | None:
@@ -215,6 +216,14 @@ def _damping(linear: Linearization) -> Sentence | None:
     if damps:
         return say("{matrix} is symmetric: damping", matrix=matrix)
     return say("{matrix} is antisymmetric: gyroscopic", matrix=matrix) if turns else None
+
+
+def _held(linear: Linearization) -> Sentence:
+    """Say of what the matrices of second order are where there are states of first order."""
+    names = inlined(map(symbol, linear.states))
+    one = "Here the state {names} is held at rest; in the state space it moves."
+    many = "Here the states {names} are held at rest; in the state space they move."
+    return say.counted(len(linear.states), one, many, names=names)
 
 
 def _exact_shapes(modes: Sequence[Mode]) -> list[tuple[Expr, ...]] | None:

@@ -18,7 +18,13 @@ from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.report.contents.derivation.conservation import balance, conserved
 from lagrange_cli.report.contents.derivation.energies import energies, generalized_forces
 from lagrange_cli.report.contents.derivation.freedom import freedom
-from lagrange_cli.report.contents.derivation.motion import closures, contacts, motion, result
+from lagrange_cli.report.contents.derivation.motion import (
+    closures,
+    contacts,
+    motion,
+    result,
+    states,
+)
 from lagrange_cli.report.contents.derivation.system import inputs, outputs, system, tables
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.forces import force_notes, force_rows, forces_line, reaction_rows
@@ -80,6 +86,7 @@ def start(writer: DocumentWriter) -> Section | None:
         formulas(_start_rows(writer, 0, positions)),
         formulas(_start_rows(writer, 1, velocities), only=None if any(velocities) else "terminal"),
         None if any(velocities) else Paragraph(say("at rest."), only="document"),
+        formulas(_state_rows(writer)),
     )
 
 
@@ -93,6 +100,17 @@ def _start_rows(writer: DocumentWriter, order: int, values: Sequence[float]) -> 
             yield writer.row(label, exact)
         elif not math.isnan(number):
             yield Formula(label, (), middle=value(number))
+
+
+def _state_rows(writer: DocumentWriter) -> list[Formula]:
+    """Return the states of first order at the start."""
+    initial, states = writer.equations.system.initial, writer.equations.system.states
+    if initial is None:
+        return []
+    return [
+        Formula(symbol(s.name, 0, s.latex), (), middle=value(number))
+        for s, number in zip(states, initial.states, strict=True)
+    ]
 
 
 def constraint_forces(writer: DocumentWriter) -> Section | None:
@@ -226,6 +244,7 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
         ("energies", lambda: energies(writer)),
         ("equations", lambda: generalized_forces(writer)),
         *_motion(writer, parts, form),
+        ("equations", lambda: None if form == "first-order" else states(writer)),
         ("equations constraints", lambda: closures(writer)),
         ("equations constraints", lambda: contacts(writer)),
     )
@@ -283,6 +302,7 @@ def _above_with_steps(
         ("system energies", lambda: tables(writer)),
         *_on_board(working(board)),
         *(_motion(writer, parts, form) if form != "lagrange" else ()),
+        ("equations", lambda: states(writer)),
         ("equations constraints", lambda: contacts(writer)),
     )
 

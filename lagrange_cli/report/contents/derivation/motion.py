@@ -28,10 +28,13 @@ from lagrange_cli.report.inlines import (
     Label,
     Listed,
     Plain,
+    Prose,
     Text,
+    Unit,
     Written,
     at_least,
     closed,
+    in_parentheses,
     joined,
     named,
     partial,
@@ -297,6 +300,37 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
         )
         for contact in writer.equations.system.contacts
     ]
+
+
+def states(writer: DocumentWriter) -> Section | None:
+    """Return the rates of the states of first order, and what they are."""
+    listed = writer.equations.system.states
+    if not listed:
+        return None
+    described = [
+        in_parentheses(
+            Inline(symbol(s.name, 0, s.latex)),
+            *([Prose(s.description)] if s.description else []),
+            *([Unit(s.unit)] if s.unit else []),
+        )
+        for s in listed
+        if s.description or s.unit
+    ]
+    one, many = "State: {listed}.", "States: {listed}."
+    meaning = say.counted(len(described), one, many, listed=Listed(tuple(described)))
+    return section(
+        say("States of first order"),
+        Paragraph(
+            say(
+                "The rates of these numbers are given; they are no degrees of freedom, and have"
+                " neither inertia nor momentum."
+            ),
+            only="document",
+        ),
+        formulas([writer.row(symbol(s.name, 1, s.latex), s.rate) for s in listed], result=True),
+        Paragraph(meaning) if described else None,
+        Paragraph(say("States are no degrees of freedom."), only="terminal"),
+    )
 
 
 def result(writer: DocumentWriter) -> Section | None:

@@ -16,7 +16,7 @@ from lagrange_cli.report.contents.forms.routhian import routhian_sections
 from lagrange_cli.report.contents.forms.small_oscillations import small_oscillation_sections
 from lagrange_cli.report.contents.forms.writer import FormWriter
 from lagrange_cli.report.contents.sentences import explicit_line
-from lagrange_cli.report.inlines import say
+from lagrange_cli.report.inlines import say, symbol
 from lagrange_cli.report.tree import Formula, Paragraph, Section, formulas
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def first_order_sections(writer: FormWriter) -> list[Section]:
     pairs = list(zip(equations.system.coordinates, solved.accelerations, strict=True))
     rates = [writer.row(writer.coordinate(c, 1), c.v) for c in equations.system.coordinates]
     rates += [writer.row(writer.formula(c.a), value) for c, value in pairs if value is not None]
+    rates += [writer.row(symbol(s.name, 1, s.latex), s.rate) for s in equations.system.states]
     rates += [
         writer.row(writer.formula(closure.multiplier), value)
         for closure, value in zip(equations.system.closures, solved.multipliers, strict=True)

@@ -93,10 +93,11 @@ class NumericMembers:
         assert model.initial is not None
         self._values, self._start = [p.value for p in model.parameters], model.initial
         self._parameters = {p.name: k for k, p in enumerate(model.parameters)}
-        self._place = {name: k for k, name in enumerate(model.coordinates)}
+        self._place = {name: k for k, name in enumerate(model.state_names)}
         varied = varied_parameters(self._scene, member)
         dependent = varied - set(member.parameters)
-        referenced = set[str]().union(*(used_names(value.value) for value in self._scene.initial))
+        entries = (*self._scene.initial, *self._scene.state_starts)
+        referenced = set[str]().union(*(used_names(value.value) for value in entries))
         self._plain = not dependent and not referenced & set(member.parameters)
         self._timed = any(used_names(entry) & varied for entry in self._scene.simulate.numbers)
 
@@ -187,7 +188,7 @@ class NumericMembers:
                 same_sign &= self._values[k] is not None
                 values[:, k] = numbers
             else:
-                starts[:, self._number(name)] = numbers
+                starts[:, self._place[_written(name)]] = numbers
         members = np.flatnonzero(same_sign).astype(np.int64)
         return members, values[same_sign], starts[same_sign]
 
@@ -220,14 +221,13 @@ class NumericMembers:
                 return None
             values[k] = value
         for name, value in initial.items():
-            start[self._number(name)] = value
+            start[self._place[_written(name)]] = value
         return tuple(values), tuple(start)
 
-    def _number(self, name: str) -> int:
-        """Return the index of ``q`` or ``dot(q)`` in a state."""
-        if name in self._place:
-            return self._place[name]
-        return len(self._place) + self._place[name.removeprefix("dot(").removesuffix(")")]
+
+def _written(name: str) -> str:
+    """Write ``dot( q )`` as the names of a state have it."""
+    return name.replace(" ", "")
 
 
 def _sign(value: float | None) -> Sequence[bool]:

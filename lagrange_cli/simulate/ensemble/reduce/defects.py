@@ -32,6 +32,7 @@ from lagrange_cli.simulate.ensemble.reduce.motion_series import (
 )
 from lagrange_cli.simulate.model.model import Model
 from lagrange_cli.simulate.system.inputs import read_recorded_inputs
+from lagrange_cli.state_layout import StateLayout
 
 #: Places of a panel: none at which the error of a polynomial through samples around is stationary.
 #: Each costs as much as the bounds of the expression do.
@@ -67,19 +68,20 @@ def series_along(model: Model, motions: Motions) -> MotionSeries | None:
     along = MotionSeries(outputs, motions, Panels.of_motions(motions), pieces)
     if outputs.rates is None or model.contacts or model.surfaces:
         return along
-    return _checked(along, outputs.rates, sharp=model.landmarks > 0)
+    return _checked(along, outputs.rates, model.layout, sharp=model.landmarks > 0)
 
 
-def _checked(along: MotionSeries, graphs: tuple[Node | float, ...], *, sharp: bool) -> MotionSeries:
+def _checked(
+    along: MotionSeries, graphs: tuple[Node | float, ...], layout: StateLayout, *, sharp: bool
+) -> MotionSeries:
     """Enlarge the errors of panels to what defects cause; sharp forces may act for less."""
     panels = along.panels
     defects = _Defects(along, graphs, _rates(panels))
     with np.errstate(all="ignore"):
         largest = defects.over_panels() if sharp else defects.at_places()
         moved = _LARGER * largest * _half_lengths(panels)
-    n = len(moved) // 2
     # The defect of a velocity moves the coordinate as well.
-    moved[:n] += moved[n:] * _half_lengths(panels)
+    moved[layout.positions] += moved[layout.velocities] * _half_lengths(panels)
     moved = np.where(np.isnan(moved), np.inf, moved)
     panels = replace(panels, left_out=np.maximum(panels.left_out, moved))
     return replace(along, panels=panels)

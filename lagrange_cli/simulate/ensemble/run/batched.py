@@ -116,7 +116,7 @@ def batched_members(
     model: Model, problem: InitialValueProblem, cache: Cache
 ) -> BatchedMembers | None:
     """Create the batched stepper of members; None without a compiler or a Taylor form."""
-    apart = (model.multipliers, model.contacts, model.surfaces, model.recordings)
+    apart = (model.multipliers, model.contacts, model.surfaces, model.recordings, model.states)
     if any((*apart, model.singular, model.chart)) or not model.code.taylor:
         return None
     sources = [system_source(model.code), *_sources(model, DOUBLE)]

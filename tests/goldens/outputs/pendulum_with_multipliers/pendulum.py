@@ -287,7 +287,7 @@ def start(given, t, until, p):
     """Initial state led to the closures, and what is wrong with it: that it violates them."""
     y = project(t, given, p)
     residuals = constraints(t, given, p)
-    n = len(given)//2
+    n = len(y)//2
     places, rates = np.abs(given).reshape(2, n).max(axis=1)
     rates = 1e-09*rates
     if until != t:

@@ -1,0 +1,66 @@
+"""Numbers that a scene declares beside coordinates: parameters, inputs, states of first order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.files import Recording
+from lagrange_cli.scene.language.expression import Expression
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredParameter:
+    """A named constant.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    value
+        Its value, None if it stays symbolic.
+    unit, description, latex
+        Texts for readers, None if absent.
+    positive
+        True if the scene declares it positive.
+    """
+
+    name: str
+    mark: Mark
+    value: Expression | None = None
+    unit: str | None = None
+    positive: bool = False
+    description: str | None = None
+    latex: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredInput:
+    """A given function of time.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    expression
+        Its value over t and parameters, None if it is recorded.
+    recording
+        The file that holds its values, None if it is an expression.
+    """
+
+    name: str
+    mark: Mark
+    expression: Expression | None = None
+    recording: Recording | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredState:
+    """A state of first order, ẋ = ``rate``; its texts are None if absent."""
+
+    name: str
+    mark: Mark
+    rate: Expression
+    unit: str | None = None
+    description: str | None = None
+    latex: str | None = None
