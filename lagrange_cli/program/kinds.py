@@ -15,6 +15,7 @@ class ProgramKind(Enum):
     ENERGY = auto()  # one number
     MATRIX = auto()  # the upper triangle of the mass matrix
     RIGHT_HAND_SIDE = auto()  # accelerations, which the velocities precede
+    SOLUTION = auto()  # accelerations, which the multipliers of all closures follow
     MULTIPLIERS = auto()  # those of all closures
     CHANGE = auto()  # a change of coordinates or of velocities, or velocities of momenta
     JACOBIAN = auto()  # derivatives of the state's rates or of outputs, by rows

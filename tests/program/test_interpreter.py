@@ -263,7 +263,7 @@ def test_linear_systems_in_many_digits():
 
 
 def test_derivatives_read_accelerations_and_multipliers():
-    """Against differences of the accelerations."""
+    """Against differences of the right-hand side."""
     equations = derived("four_bar_linkage")
     programs = derivative_programs(equations, jacobian=True, linearization=False)
     programs["rhs"] = build_program(equations, ["acceleration"])
@@ -276,15 +276,9 @@ def test_derivatives_read_accelerations_and_multipliers():
         start(equations) + 0.01,
         parameter_values(equations),
     )
-    whole = np.zeros((n, 2 * n))
-    pattern = programs["jacobian"].jacobian.pattern
-    values = jacobian(0.0, y, p)
-    if pattern is None:
-        whole = values
-    else:
-        whole[tuple(np.transpose(pattern))] = values
+    whole = jacobian(0.0, y, p)
     for k, step in enumerate(np.eye(2 * n) * 1e-6):
-        slope = (rhs(0.0, y + step, p) - rhs(0.0, y - step, p))[n:] / 2e-6
+        slope = (rhs(0.0, y + step, p) - rhs(0.0, y - step, p)) / 2e-6
         assert whole[:, k] == pytest.approx(slope, rel=1e-5, abs=1e-5 * np.abs(whole).max())
 
 

@@ -6,7 +6,7 @@ Every language of :mod:`lagrange_cli.emit.languages` has these functions under t
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -195,37 +195,37 @@ def interface_of(
     projection = _projection(equations)
     all_functions = functions if projection is None else (*functions, *projection.functions)
     taken = reserved | _local_names(all_functions) | _ROUTINES
-    system, defaults = equations.system, equations.system.simulate
-    until = defaults.start + 10.0 if defaults.until is None else defaults.until
-    initial = system.initial
     unique = partial(unique_identifiers, caseless=caseless, longest=longest)
     inputs = _inputs(equations)
     names = dict(zip(inputs, unique(inputs.values(), taken), strict=True))
-    words = taken | frozenset(names.values())
-    (name,) = unique([equations.presentation.name], words)
+    (name,) = unique([equations.presentation.name], taken | frozenset(names.values()))
+    system, defaults = equations.system, equations.system.simulate
+    until = defaults.start + 10.0 if defaults.until is None else defaults.until
     return Interface(
         name,
         tuple(_heading(equations)),
-        tuple(
-            Quantity(c.name, names[f"q{i}"], described(c)) for i, c in enumerate(system.coordinates)
-        ),
-        tuple(
-            Quantity(p.name, names[f"p{i}"], described(p), p.value)
-            for i, p in enumerate(system.parameters)
-        ),
-        tuple(
-            Quantity(u.name, names[f"u{i}"], comment_text(u.name))
-            for i, u in enumerate(system.inputs)
-        ),
+        _quantities(names, "q", [(c.name, described(c), None) for c in system.coordinates]),
+        _quantities(names, "p", [(p.name, described(p), p.value) for p in system.parameters]),
+        _quantities(names, "u", [(u.name, comment_text(u.name), None) for u in system.inputs]),
         functions,
         names,
         projection,
-        None if initial is None else initial.numbers,
+        None if system.initial is None else system.initial.numbers,
         float(defaults.start),
         float(until),
         ROWS,
         steps_per_row(equations),
-        tuple(Quantity(s.name, names[f"z{i}"], described(s)) for i, s in enumerate(system.states)),
+        _quantities(names, "z", [(s.name, described(s), None) for s in system.states]),
+    )
+
+
+def _quantities(
+    names: Mapping[str, str], letter: str, entries: Sequence[tuple[str, str, float | None]]
+) -> tuple[Quantity, ...]:
+    """Return quantities of a kind, of their names, notes and values."""
+    return tuple(
+        Quantity(name, names[f"{letter}{k}"], note, value)
+        for k, (name, note, value) in enumerate(entries)
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import PYTHON_MODULES, comment_text, file_stem
@@ -24,7 +25,7 @@ from lagrange_cli.emit.python.interface import (
     script_source,
     whole_jacobians,
 )
-from lagrange_cli.emit.python.layout import Signature, Tables
+from lagrange_cli.emit.python.layout import TAB, Signature, Tables, defined
 from lagrange_cli.emit.python.names import SceneNames, scene_names
 from lagrange_cli.emit.python.traced import refuse_branches, refuse_further, traced_text
 from lagrange_cli.emit.python.vocabulary import VOCABULARIES, Vocabulary
@@ -38,9 +39,11 @@ from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
     derivative_programs,
+    multipliers_beside,
     optional_outputs,
     program_of,
 )
+from lagrange_cli.program.kinds import ProgramKind
 from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import LARGEST_UNROLLED
@@ -69,6 +72,7 @@ _SOLVERS = {
 _DOCS = {
     "rhs": "State derivative [v, a].",
     "flight": "State derivative while all contacts are open.",
+    "solution": "Accelerations, then multipliers.",
     "mass_matrix": "Mass matrix M(q, t) of M a = f, n by n.",
     "forcing": "Forcing f(q, v, t) of M a = f.",
     "energy": "Energy function: the sum of v dL/dv, less L (T + V in most systems).",
@@ -112,6 +116,22 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
 
 
+#: Function that gives accelerations and multipliers, and those that it is evaluated for.
+_SOLUTION = "solution"
+_SHARING = ("rhs", "multipliers")
+
+
+def _with_solution(programs: dict[str, Program], prefix: str) -> dict[str, Program]:
+    """Put the solution for accelerations and multipliers before the functions that share it.
+
+    A right-hand side that has rates of states too is solved by itself.
+    """
+    rhs = programs[f"{prefix}rhs"]
+    if rhs.states or multipliers_beside(rhs) is None:
+        return programs
+    return {f"{prefix}{_SOLUTION}": replace(rhs, kind=ProgramKind.SOLUTION)} | programs
+
+
 class _Module:
     """Parts of a module in their order."""
 
@@ -146,13 +166,15 @@ class _Module:
         programs = {name: program_of(equations, name) for name in names}
         if equations.system.contacts:
             flight = {"flight_rhs" if name == "rhs" else name: programs[name] for name in names}
-            return flight | contact_programs(with_contact_flags(equations)) | self.derivatives
+            contacts = contact_programs(with_contact_flags(equations))
+            return flight | _with_solution(contacts, "contact_") | self.derivatives
         further = constraint_programs(equations, programs["rhs"])
         if self.traced:
             further = {k: further[k] for k in further if k not in INTERNAL_FUNCTIONS}
             loops = any(program.parts for program in (*programs.values(), *further.values()))
             refuse_branches(self.style, equations, loops=loops)
-        return programs | further | dict(self.derivatives) | momenta
+            return programs | further | momenta
+        return _with_solution(programs | further, "") | self.derivatives | momenta
 
     def text(self) -> str:
         """Return the whole module."""
@@ -192,17 +214,28 @@ class _Module:
         ]
 
     def _function(self, name: str) -> str:
-        function, signature = lowered(self.programs[name], name), self._signature(name)
+        signature = self._signature(name)
+        solution = f"{name.removesuffix('rhs').removesuffix('multipliers')}{_SOLUTION}"
+        if name != solution and solution in self.programs and name.endswith(_SHARING):
+            body = self._of_solution(name.endswith("rhs"), signature)
+            return defined(signature, body, self.vocabulary)
+        function = lowered(self.programs[name], name)
         if self.traced:
             return traced_text(function, signature, self.names, self.vocabulary)
         return function_text(function, signature, self.names, self.vocabulary, self.tables)
+
+    def _of_solution(self, is_rhs: bool, signature: Signature) -> list[str]:
+        """Return the lines that take accelerations or multipliers from the solution of both."""
+        n, call = len(self.equations.system.coordinates), f"_{_SOLUTION}({signature.passed})"
+        result = f"np.concatenate((y[{n}:], {call}[:{n}]))" if is_rhs else f"{call}[{n}:]"
+        return [*(TAB + line for line in signature.opening), f"{TAB}return {result}"]
 
     def _signature(self, name: str) -> Signature:
         """Choose name, arguments and documentation of a function."""
         flagged = name.startswith("contact_") or name == "impulse"
         plain = name.removeprefix("contact_")
         inner = plain in INTERNAL_FUNCTIONS | CANONICAL_PARTS | _FLAGGED or name in SLOPES
-        inner = inner or name == "impulse"
+        inner = inner or name == "impulse" or plain == _SOLUTION
         arguments = self.arguments
         if name == "inputs":
             is_recorded = any(u.recording is not None for u in self.equations.system.inputs)
@@ -221,7 +254,8 @@ class _Module:
         if name == "contact_rhs":
             passed = "p, u" if self.driven else "p"
             opening = ("if not any(mode):", f"    return flight(t, y, {passed})")
-        shown = self._shown() if name == "rhs" else ()
+        solved = _SOLUTION if _SOLUTION in self.programs else "rhs"
+        shown = self._shown() if name == solved else ()
         label = f"_{plain}" if inner else plain
         whole = plain.removesuffix(ENTRIES)
         doc = _DOCS[whole]

@@ -1,7 +1,7 @@
 """Solution of equations in doubles: the routines that a :class:`Solve` calls.
 
 Small systems are solved by the routines of all languages, which run as they are. Dense ones of more
-rows are solved by the same methods with NumPy.
+rows are solved by LAPACK.
 """
 
 from __future__ import annotations
@@ -16,17 +16,13 @@ from lagrange_cli.program.interpreter.values import solution_shape
 from lagrange_cli.program.lowered.functions import Solve
 from lagrange_cli.program.lowered.routines.numbers import EPSILON
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
-from lagrange_cli.program.solvers.tolerances import LARGEST_EXPONENT, LEAST_INERTIA, UNEVEN_PIVOT
 
 Array: TypeAlias = NDArray[np.floating[Any]]
 
-#: Rows up to which a routine of Python takes less time than NumPy, as measured: 77 and 260
-#: microseconds for a saddle of 10 rows, 0.42 and 0.55 ms of 20, 8 and 19 microseconds for a
-#: definite matrix of 6, 35 and 23 of 12. Bands and sparse matrices have no form for NumPy.
-_LARGEST = {"definite": 8, "pivoted": 8, "saddle": 20, "columns": 4}
-
-#: Below the exponent of every number.
-_LEAST = -65536
+#: Rows up to which a routine of Python takes less time than LAPACK, as measured: 8 and 19
+#: microseconds for a definite matrix of 6, 35 and 23 of 12. Saddles are solved by their routine
+#: alone, whose scaling and refinement LAPACK has not: those of shipped scenes have 13 rows at most.
+_LARGEST = {"definite": 8, "pivoted": 8, "columns": 4}
 
 
 def solution(step: Solve, matrix: Sequence[float], right: Sequence[float]) -> list[float]:
@@ -77,106 +73,6 @@ def _pivoted(step: Solve, matrix: Array, right: Array) -> Array:
     return np.linalg.solve(_square(matrix, step.sizes[0]), right)
 
 
-def _saddle(step: Solve, matrix: Array, right: Array) -> Array:
-    """Solve M x = f + Gᵀ λ, G x = g for [x, λ].
-
-    Units do not matter: rows and columns are scaled by powers of two (Bunch, *J. ACM* 18 (1971)
-    566). Where M is nearly singular the solution is refined once (Skeel, *Math. Comput.* 35 (1980)
-    817).
-    """
-    n, b = step.sizes[0], right
-    a = _square(matrix, len(b))
-    size = np.abs(a[:n, :n]).max()
-    unit = np.ldexp(1.0, -np.frexp(size)[1]) if size > 0.0 else 1.0
-    a[:n, :n] *= unit
-    b[:n] *= unit
-    uneven = _is_uneven(a[:n, :n])
-    d = np.zeros(len(b))
-    if uneven:
-        d[:n] = _inertia_scales(a, n)
-    _equilibrate(a, d)
-    a *= d[:, None]
-    a *= d
-    b *= d
-    x = _eliminated(a.copy(), b.copy())
-    if uneven:
-        x += _eliminated(a.copy(), b - a @ x)
-    x *= d
-    x[n:] /= -unit
-    if not np.isfinite(x).all():
-        raise ArithmeticError("not finite")
-    return x
-
-
-def _equilibrate(a: Array, d: Array) -> None:
-    """Find scales of the rows that have none, each from those that it meets."""
-    stuck = False
-    while not d.all():
-        before = np.count_nonzero(d)
-        for i in np.flatnonzero(d == 0.0):
-            entries = np.abs(a[i]) * (1.0 if stuck else d)
-            size = max(entries.max(), np.sqrt(np.abs(a[i, i])))
-            if size > 0.0:
-                d[i] = 1.0 if stuck else np.ldexp(1.0, -np.frexp(size)[1])
-                stuck = False
-        if np.count_nonzero(d) == before:
-            if stuck:
-                raise ArithmeticError("a row of zeros")
-            stuck = True
-
-
-def _is_uneven(m: Array) -> bool:
-    """Tell if elimination leaves little of an inertia; coordinates without any do not count."""
-    c = m.copy()
-    for k, inertia in enumerate(m.diagonal()):
-        beyond = c[k, k + 1 :]
-        if inertia > LEAST_INERTIA:
-            even = c[k, k] > UNEVEN_PIVOT * inertia
-        else:
-            even = not np.delete(m[k], k).any()
-        if not even:
-            return True
-        if beyond.any():
-            c[k + 1 :, k + 1 :] -= np.outer(beyond / c[k, k], beyond)
-    return False
-
-
-def _inertia_scales(a: Array, n: int) -> Array:
-    """Return one over the root of the inertia of each coordinate, or of w g² where that is more.
-
-    g is the gradient of a closure, and w the second smallest ratio of inertias over g² that it
-    meets, if there are two. The scale is 0 without either.
-    """
-    inertia = a.diagonal()[:n]
-    exponents = np.where(inertia != 0.0, np.frexp(inertia)[1], _LEAST)
-    sizes = exponents.copy()
-    for g in a[n:, :n]:
-        squares = 2 * np.frexp(g)[1]
-        both = (g != 0.0) & (inertia != 0.0)
-        if both.any():
-            smallest = np.sort((exponents - squares)[both])[:2]
-            w = min(smallest[-1], LARGEST_EXPONENT)
-            sizes = np.where(g != 0.0, np.maximum(sizes, w + squares), sizes)
-    return np.where(sizes > _LEAST, np.ldexp(1.0, -np.ceil(sizes / 2).astype(int)), 0.0)
-
-
-def _eliminated(a: Array, b: Array) -> Array:
-    """Solve a x = b by elimination with partial pivoting, in place."""
-    s = len(b)
-    for j in range(s):
-        best = j + int(np.argmax(np.abs(a[j:, j])))
-        if not abs(a[best, j]) > s * EPSILON:
-            raise ArithmeticError("a singular matrix")
-        a[[j, best]] = a[[best, j]]
-        b[[j, best]] = b[[best, j]]
-        ratio = a[j + 1 :, j] / a[j, j]
-        a[j + 1 :, j:] -= ratio[:, None] * a[j, j:]
-        b[j + 1 :] -= ratio * b[j]
-    for j in reversed(range(s)):
-        b[j] = (b[j] - a[j, j + 1 :] @ b[j + 1 :]) / a[j, j]
-    return b
-
-
 def _columns(step: Solve, matrix: Array, right: Array) -> Array:
     """Solve with a symmetric matrix and the columns of a right-hand side.
 
@@ -195,6 +91,5 @@ def _columns(step: Solve, matrix: Array, right: Array) -> Array:
 _WITH_NUMPY: dict[str, Callable[[Solve, Array, Array], Array]] = {
     "definite": _definite,
     "pivoted": _pivoted,
-    "saddle": _saddle,
     "columns": _columns,
 }

@@ -72,6 +72,11 @@ def parts_of(program: Program) -> tuple[Sequence[Part], tuple[int, ...]]:
     if jacobian is not None:
         whole = (jacobian.rows, jacobian.columns)
         return _derivatives(program), whole if jacobian.pattern is None else (jacobian.size,)
+    if program.kind is ProgramKind.SOLUTION:
+        (block,) = program.blocks
+        accelerations = {i: Cell(RESULTS, i) for i in range(n)}
+        multipliers = {k: Cell(RESULTS, n + k) for k in block.closures}
+        return _solution(program, accelerations, multipliers), (n + len(multipliers),)
     if program.kind is ProgramKind.MULTIPLIERS:
         results = sum(len(block.closures) for block in program.blocks)
         return _solution(program, {}, {k: Cell(RESULTS, k) for k in range(results)}), (results,)
@@ -157,9 +162,13 @@ def _solution(
         gradients = [next(matrix) for _ in range((size + block.compliant) * len(block.closures))]
         right = [next(forcing) for _ in range(block.size)]
         parts += _dense_block(block, entries, gradients, right)
-        targets = [*map(coordinates.get, members), *map(closures.get, block.closures)]
-        unknowns = ((cell, Variable(f"b{k}")) for k, cell in enumerate(targets))
-        parts.append(Stores([Statement(cell, x) for cell, x in unknowns if cell is not None]))
+        # Multipliers apart from coordinates: a language may solve for them with the other sign.
+        for first, targets in (
+            (0, map(coordinates.get, members)),
+            (size, map(closures.get, block.closures)),
+        ):
+            unknowns = ((cell, Variable(f"b{k}")) for k, cell in enumerate(targets, first))
+            parts.append(Stores([Statement(cell, x) for cell, x in unknowns if cell is not None]))
     return parts
 
 

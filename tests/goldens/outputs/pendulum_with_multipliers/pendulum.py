@@ -78,14 +78,12 @@ def solve(a, b):
     return x if b.ndim == a.ndim else x[:, 0]
 
 
-def rhs(t, y, p=DEFAULTS):
-    """State derivative [v, a]."""
+def _solution(t, y, p):
+    """Accelerations, then multipliers."""
     m, l, g = p
     x, z, x_dot, z_dot = y
     # x: m*ddot(x) - 2*lambda_bob*x = 0
     # z: m*ddot(z) + m*g - 2*lambda_bob*z = 0
-    dydt = np.empty(y.shape)
-    dydt[:2] = y[2:]
     matrix = np.zeros((3, 3) + y.shape[1:])
     vector = np.zeros((3,) + y.shape[1:])
     matrix[0, 0] = m
@@ -94,8 +92,15 @@ def rhs(t, y, p=DEFAULTS):
     vector[1] = -m*g
     vector[2] = -2.0*(x_dot*x_dot + z_dot*z_dot)
     vector = solve(matrix, vector)
-    dydt[2:] = vector[:2]
-    return dydt
+    out = np.empty((3,) + y.shape[1:])
+    out[:2] = vector[:2]
+    out[2] = -vector[2]
+    return out
+
+
+def rhs(t, y, p=DEFAULTS):
+    """State derivative [v, a]."""
+    return np.concatenate((y[2:], _solution(t, y, p)[:2]))
 
 
 def mass_matrix(t, y, p=DEFAULTS):
@@ -134,19 +139,7 @@ def velocities(t, y, p=DEFAULTS):
 
 def multipliers(t, y, p=DEFAULTS):
     """Multipliers, in the order of MULTIPLIERS."""
-    m, l, g = p
-    x, z, x_dot, z_dot = y
-    matrix = np.zeros((3, 3) + y.shape[1:])
-    vector = np.zeros((3,) + y.shape[1:])
-    matrix[0, 0] = m
-    matrix[1, 1] = m
-    matrix[2, 0], matrix[2, 1] = 2.0*x, 2.0*z
-    vector[1] = -m*g
-    vector[2] = -2.0*(x_dot*x_dot + z_dot*z_dot)
-    vector = solve(matrix, vector)
-    out = np.empty((1,) + y.shape[1:])
-    out[0] = -vector[2]
-    return out
+    return _solution(t, y, p)[2:]
 
 
 def constraints(t, y, p=DEFAULTS):
