@@ -45,6 +45,14 @@ def emitted(equations):
 PYTHON_CASES = {**CASES, "massless": massless}
 
 
+def test_rhs_and_multipliers_share_the_function_that_solves():
+    (text,) = EMITTERS["python"].emit(closures.pendulum(), {}).values()
+    assert text.count("_solution(t, y, p)") == 3  # its head, and a call in each of the others
+    system, _, _ = text.partition("def mass_matrix")
+    assert system.count("= solve(matrix, vector)") == 1
+    assert "solve(" not in text.partition("def multipliers")[2].partition("def ")[0]
+
+
 @pytest.mark.compiler
 @pytest.mark.parametrize("name", list(PYTHON_CASES))
 def test_python_agrees_with_c(name, tmp_path):
