@@ -387,8 +387,8 @@ end_time = click.option(
 
 #: ``-p NAME=VALUE``.
 parameters = _assignments_to(
-    "-p --parameter parameters",
-    "Set a parameter or a size; repeatable.",
+    "-p --parameter --input parameters",
+    "Set a parameter, a size, or an input: --input u='sin(t)'; repeatable.",
 )
 
 #: ``-i NAME=VALUE``.

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Coordinate, Parameter, State
+    from lagrange_cli.mechanics.system import Coordinate, Input, Parameter, State
 
 _C_WORDS = """
 alignas alignof and and_eq asm atomic_cancel atomic_commit atomic_noexcept auto bitand bitor
@@ -168,3 +168,8 @@ def described(quantity: Coordinate | Parameter | State) -> str:
     if quantity.description:
         text += f": {comment_text(quantity.description)}"
     return text
+
+
+def input_identifier(source: Input) -> str:
+    """Name an input, or a rate of one, as velocities are named: ``l``, ``l_dot``, ``l_ddot``."""
+    return source.base + ("", "_dot", "_ddot")[source.order]

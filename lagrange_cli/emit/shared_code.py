@@ -30,7 +30,7 @@ def recorded_inputs(equations: Equations) -> list[tuple[int, Polynomials]]:
         Located: one of them is too long to be written into code, or cannot be read.
     """
     recordings = [
-        (number, polynomials(source.recording))
+        (number, polynomials(source.recording).rates(source.order))
         for number, source in enumerate(equations.system.inputs)
         if source.recording is not None
     ]

@@ -9,7 +9,7 @@ continuous derivatives at all rows and a third one at the second and the last bu
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -44,6 +44,13 @@ class Polynomials:
     starts: _Array
     coefficients: _Array
     end: float
+
+    def rates(self, order: int) -> Polynomials:
+        """Return the derivatives of the polynomials of some order."""
+        coefficients = self.coefficients
+        for _ in range(order):
+            coefficients = coefficients[:, 1:] * np.arange(1, coefficients.shape[1])
+        return replace(self, coefficients=coefficients)
 
 
 def polynomials(recording: Recording) -> Polynomials:

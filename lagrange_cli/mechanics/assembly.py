@@ -40,6 +40,7 @@ from lagrange_cli.mechanics.equations import (
 )
 from lagrange_cli.mechanics.findings import Conserved, DerivationSources
 from lagrange_cli.mechanics.formulation import replaced_chart, starting_state
+from lagrange_cli.mechanics.initial.known_inputs import evaluating_inputs
 from lagrange_cli.mechanics.initial.rank_deficient_start import rank_deficiency_warning
 from lagrange_cli.mechanics.initial.simulation_defaults import simulation_defaults
 from lagrange_cli.mechanics.initial.state_starts import with_states
@@ -57,6 +58,7 @@ from lagrange_cli.mechanics.structure import (
     total_energy,
 )
 from lagrange_cli.mechanics.symbols.convert import decimal_literals
+from lagrange_cli.mechanics.symbols.inputs import inputs_of
 from lagrange_cli.mechanics.symbols.values import (
     DECIMAL_DIGITS,
     decimal,
@@ -66,7 +68,6 @@ from lagrange_cli.mechanics.symbols.values import (
 from lagrange_cli.mechanics.system import (
     CartesianName,
     InitialState,
-    Input,
     Parameter,
     ParticleMotion,
     ReplacedChart,
@@ -101,8 +102,9 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     conserved = conserved_quantities(derivation, evidence, energy, whole_energy)
     structure = structure_facts(derivation)
     announce("finding the initial state")
-    chart = replaced_chart(derivation)
-    initial = with_states(derivation.reduced, starting_state(derivation, chart))
+    with evaluating_inputs(derivation.reduced):
+        chart = replaced_chart(derivation)
+        initial = with_states(derivation.reduced, starting_state(derivation, chart))
     certify_energy(evidence, whole_energy)
     system = _system(derivation, whole_energy, initial, chart)
     known = Derivation(
@@ -133,7 +135,7 @@ def _system(
         t=reduced.names.t,
         parameters=tuple(_parameters(reduced)),
         coordinates=reduced.coordinates,
-        inputs=tuple(_inputs(reduced)),
+        inputs=tuple(inputs_of(reduced.names)),
         states=reduced.states,
         functions=reduced.scene.functions,
         particles=tuple(_particles(derivation)),
@@ -354,14 +356,6 @@ def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
 def _abbreviations(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:
     for name, expression in reduced.names.abbreviations():
         yield name, reduced.resolve(reduced.convert(expression))
-
-
-def _inputs(reduced: Reduced) -> Iterator[Input]:
-    for declared in reduced.scene.inputs:
-        symbol, expression = reduced.names.inputs[declared.name], None
-        if declared.expression is not None:
-            expression = reduced.names.convert(declared.expression)
-        yield Input(declared.name, symbol, expression, declared.recording)
 
 
 def _outputs(reduced: Reduced) -> Iterator[tuple[str, sp.Expr]]:

@@ -78,12 +78,20 @@ class Input:
     recording
         The file that holds its values, read when they are needed; None if it is an expression or
         driven.
+    order
+        1 or 2 for the rates, behind it, of an input that positions hold: a function of t.
     """
 
     name: str
-    symbol: Symbol
+    symbol: Expr
     expression: Expr | None
     recording: Recording | None = None
+    order: int = 0
+
+    @property
+    def base(self) -> str:
+        """Name without ``dot`` or ``ddot``."""
+        return self.name.rpartition("(")[2].rstrip(")") if self.order else self.name
 
     @property
     def driven(self) -> bool:

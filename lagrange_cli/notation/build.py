@@ -378,10 +378,10 @@ def _oriented(term: SignedNode, expression: sympy.Expr, words: Vocabulary) -> Si
 
 def _single(expression: sympy.Expr, words: Vocabulary) -> SignedNode:
     """Sign and tree of a symbol, a function or a constant."""
-    if isinstance(expression, sympy.Symbol):
-        if expression not in words.atoms:
-            raise _unprintable(f"symbol '{expression}'")
+    if expression in words.atoms:
         return SignedNode(False, words.atoms[expression])
+    if isinstance(expression, sympy.Symbol):
+        raise _unprintable(f"symbol '{expression}'")
     if expression is sympy.pi:
         return SignedNode(False, ordering.pi())
     if expression is sympy.E:

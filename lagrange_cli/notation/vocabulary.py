@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import sympy
 
 from lagrange_cli.mechanics.algebra.factor import letter_below
-from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.free_symbols import symbols_in, unknown_function
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.ordering import labelled_symbol
 from lagrange_cli.notation.symbols import multiplier_name, split_name
@@ -159,7 +159,11 @@ def vocabulary(
         )
     atoms[equations.system.t] = ordering.symbol_of("t", Dependence.TIME, 0)
     for rank, source in enumerate(equations.system.inputs, 1):
-        atoms[source.symbol] = ordering.symbol_of(source.name, Dependence.TIME, rank)
+        symbol = ordering.symbol_of(source.base, Dependence.TIME, rank, order=source.order)
+        # One with rates is a function of t in derivations, and a symbol where it is held.
+        function = unknown_function(source.base + "'" * source.order, equations.system.t)
+        atoms |= {source.symbol: symbol, function: symbol}
+        atoms[sympy.Symbol(source.name, real=True)] = symbol
     for rank, state in enumerate(equations.system.states, len(equations.system.inputs) + 1):
         atoms[state.symbol] = ordering.symbol_of(
             state.name, Dependence.TIME, rank, latex=state.latex

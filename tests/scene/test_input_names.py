@@ -53,12 +53,6 @@ def test_a_list_gives_names_of_inputs_that_are_zero():
         ("A: 3", "A: u", "'u' in parameter 'A' is not a parameter", (2, 29)),
         ("A*sin(t)}", "1, bob_x: 2, x_bob: 1}", "'x_bob' is already the x position", (3, 26)),
         ("mass: m", "mass: u", "'u' in the mass of particle 'bob' is not constant", (5, 15)),
-        ("[x, y, z]", "[x + u, y, z]", "the input 'u' cannot stand in the x position", (5, 33)),
-        ("y = 0", "y = u", "the input 'u' cannot stand in constraint 'rail'", (6, 26)),
-        ("y = 0", "y = pull", "the input 'u' cannot stand in constraint 'rail'", (6, 26)),
-        ("y = 0", "dot(y) = u", "the input 'u' cannot stand in constraint 'rail'", (6, 31)),
-        ("x*u}", "dot(u)}", "cannot stand in dot(...) in potential 'spring'", (9, 36)),
-        ("x*u}", "dot(x*pull)}", "cannot stand in dot(...) in potential 'spring'", (9, 38)),
         ("initial: {x: 1}", "initial: {u: 1}", "'u' in 'initial' is not a coordinate", (11, 11)),
         ("initial: {x: 1}", "initial: {x: u}", "'u' in 'initial' is not a parameter", (11, 14)),
     ],
@@ -71,3 +65,36 @@ def test_refusals_are_located(before, after, message, place):
     assert message in problem.message
     assert problem.mark is not None
     assert (problem.mark.line, problem.mark.column) == place
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message", "place"),
+    [
+        ("[x, y, z]", "[x + u, y, z]", "the input 'u' cannot stand in the x position", (5, 33)),
+        ("y = 0", "y = u", "the input 'u' cannot stand in constraint 'rail'", (6, 26)),
+        ("y = 0", "y = pull", "the input 'u' cannot stand in constraint 'rail'", (6, 26)),
+        ("y = 0", "dot(y) = u", "the input 'u' cannot stand in constraint 'rail'", (6, 31)),
+        ("x*u}", "dot(u)}", "cannot stand in dot(...) in potential 'spring'", (9, 36)),
+        ("x*u}", "dot(x*pull)}", "cannot stand in dot(...) in potential 'spring'", (9, 38)),
+    ],
+)
+def test_inputs_without_rates_are_refused_where_these_are_needed(before, after, message, place):
+    assert before in SCENE
+    changed = SCENE.replace(before, after)
+    assert not read_text(changed).warnings
+    for value, reason in (
+        ("abs(sin(t))", "abs(...) has none everywhere"),
+        ("{file: u.csv, column: u}", "write 'interpolation: cubic'"),
+    ):
+        with pytest.raises(InputError) as refused:
+            read_text(changed.replace("A*sin(t)", value).replace(", A: 3", ""))
+        problem = refused.value.problems[0]
+        assert message in problem.message
+        assert reason in problem.hint
+        assert problem.mark is not None
+        assert (problem.mark.line, problem.mark.column) == place
+
+
+def test_an_empty_mapping_is_an_input_that_is_zero():
+    (driven,) = read_text(SCENE.replace("A*sin(t)", "{}").replace(", A: 3", "")).inputs
+    assert driven.expression.text == "0"

@@ -25,6 +25,7 @@ from lagrange_cli.mechanics.kinks import JUMPING, KINKED, sides_of, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.symbols.inputs import with_symbols_of_inputs
 from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:
@@ -232,8 +233,15 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
     states = tuple(state.name for state in equations.system.states)
     equations = with_state_coordinates(equations)
     _require_small(equations)
+    equations = with_symbols_of_inputs(equations)
+    own_values = {u.name: u.expression for u in equations.system.inputs}
+    for rate in (u for u in equations.system.inputs if u.order):
+        # Where inputs are held, their rates are 0; those of positions have their first value.
+        own_values[rate.name], expression = _ZERO, own_values[rate.base]
+        if expression is not None:
+            own_values[rate.base] = expression.xreplace({equations.system.t: _ZERO})
     inputs = {
-        u.symbol: _input_value(u.expression, held_inputs.get(u.name), equations.system.t)
+        u.symbol: _input_value(own_values[u.name], held_inputs.get(u.name), equations.system.t)
         for u in equations.system.inputs
     }
     # The graph is differentiated by inputs; here each has its value.

@@ -67,7 +67,7 @@ def lagrangian_symbols(equations: Equations) -> list[sp.Symbol]:
     coordinates = equations.system.coordinates
     constants = [
         *(p.symbol for p in equations.system.parameters),
-        *(x.symbol for x in equations.system.external),
+        *(x.symbol for x in equations.system.external if x.symbol.is_Symbol),
     ]
     return [
         equations.system.t,

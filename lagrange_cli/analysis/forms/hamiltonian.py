@@ -325,7 +325,7 @@ class _Comparison:
         self.canonical += [pair.momentum.symbol for pair in pairs]
         self.canonical += [equations.system.coordinates[j].v for j in coupled]
         self.canonical += [p.symbol for p in equations.system.parameters]
-        self.canonical += [x.symbol for x in equations.system.external]
+        self.canonical += [x.symbol for x in equations.system.external if x.symbol.is_Symbol]
         self.energy = Tape([sp.Add(*parts)], self.canonical)
         self.rates = Evaluated([sp.Add(*pair.rate) for pair in pairs])
         self.momenta = Evaluated([pair.momentum.expression for pair in pairs])

@@ -12,7 +12,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import ROWS, rates_note, residual_labels, steps_per_row
-from lagrange_cli.emit.naming import comment_text, described, domain_note, unique_identifiers
+from lagrange_cli.emit.naming import (
+    comment_text,
+    described,
+    domain_note,
+    input_identifier,
+    unique_identifiers,
+)
 from lagrange_cli.emit.routines.signatures import routines_called
 from lagrange_cli.emit.shared_code import recorded_inputs
 from lagrange_cli.errors import InputError, Problem
@@ -284,7 +290,7 @@ def _inputs(equations: Equations) -> dict[str, str]:
     """Return what each input of the programs is called in the scene."""
     system = equations.system
     entries = {f"p{i}": p.name for i, p in enumerate(system.parameters)}
-    entries |= {f"u{i}": u.name for i, u in enumerate(system.inputs)}
+    entries |= {f"u{i}": input_identifier(u) for i, u in enumerate(system.inputs)}
     entries |= {f"q{i}": c.name for i, c in enumerate(system.coordinates)}
     entries |= {f"v{i}": f"{c.name}_dot" for i, c in enumerate(system.coordinates)}
     return entries | {f"z{i}": s.name for i, s in enumerate(system.states)}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.naming import PYTHON_RESERVED, unique_identifiers
+from lagrange_cli.emit.naming import PYTHON_RESERVED, input_identifier, unique_identifiers
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -69,7 +69,7 @@ def scene_names(equations: Equations) -> SceneNames:
     dummies |= {f"q{k}": name for k, name in enumerate(coordinates)}
     dummies |= {f"v{k}": f"{_stem(name)}_dot" for k, name in enumerate(coordinates)}
     dummies |= {f"z{k}": state.name for k, state in enumerate(system.states)}
-    dummies |= {f"u{k}": source.name for k, source in enumerate(system.inputs)}
+    dummies |= {f"u{k}": input_identifier(source) for k, source in enumerate(system.inputs)}
     first = len(system.parameters)
     dummies |= {f"p{first + k}": name for k, name in enumerate(contacts)}
     after = first + len(contacts)

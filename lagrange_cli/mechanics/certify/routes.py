@@ -68,7 +68,7 @@ class Tapes:
         self.a = [c.a for c in reduced.coordinates]
         self.n = len(self.q)
         self.number = {q: j for j, q in enumerate(self.q)}
-        self.parameters = [*reduced.names.parameters.values(), *reduced.names.external.values()]
+        self.parameters = [*reduced.names.parameters.values(), *reduced.names.external_symbols]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
         entries = [(j, k) for j, row in enumerate(derivation.mass) for k in row]

@@ -5,6 +5,7 @@ come out, or a refusal with values to paste. Read :mod:`.state` first.
 """
 
 __all__ = [
+    "known_inputs",
     "projection",
     "rank_deficient_start",
     "simulation_defaults",

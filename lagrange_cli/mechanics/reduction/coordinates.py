@@ -87,7 +87,7 @@ def sampler_of(
         names.t,
         [c.q for c in chart.coordinates],
         {names.parameters[n]: reference[names.parameters[n]] for n in exact},
-        [*(s for n, s in names.parameters.items() if n not in exact), *names.external.values()],
+        [*(s for n, s in names.parameters.items() if n not in exact), *names.external_symbols],
         {c.q: reference.get(c.q, mpf(0)) for c in chart.coordinates},
         scales(chart),
         [*chart.geometry.resolved.values(), *gaps, *domain],

@@ -7,6 +7,7 @@ with the values of parameters and the masses of particles. No text is evaluated.
 
 __all__ = [
     "convert",
+    "inputs",
     "names",
     "quoting",
     "values",

@@ -18,7 +18,9 @@ import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Shapes
+from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
+from lagrange_cli.scene.checks.external import rated_inputs
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import (
     FUNCTIONS,
@@ -73,7 +75,14 @@ class Names:
             else sp.Symbol(p.name, real=True)
             for p in scene.parameters
         }
-        self.inputs = {term.name: sp.Symbol(term.name, real=True) for term in scene.inputs}
+        # Inputs with rates are functions of t that derivations differentiate.
+        self.rated = rated_inputs(scene, name_table(scene).cartesian)
+        self.inputs: dict[str, sp.Expr] = {
+            u.name: unknown_function(u.name, self.t)
+            if u.name in self.rated
+            else sp.Symbol(u.name, real=True)
+            for u in scene.inputs
+        }
         self.states = {state.name: sp.Symbol(state.name, real=True) for state in scene.states}
         self.coordinates = {c.name: self._place(c.name) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
@@ -110,9 +119,14 @@ class Names:
         self.given = dict(self._given())
 
     @property
-    def external(self) -> dict[str, sp.Symbol]:
+    def external(self) -> dict[str, sp.Expr]:
         """Inputs and states by name, which virtual displacements leave alone."""
         return {**self.inputs, **self.states}
+
+    @property
+    def external_symbols(self) -> list[sp.Symbol]:
+        """Symbols of inputs and states, but of inputs with rates, which are functions of t."""
+        return [symbol for symbol in self.external.values() if symbol.is_Symbol]
 
     def _raw(self, body: Particle | Point, axis: int) -> sp.Symbol:
         entry = body.position[axis]

@@ -1,18 +1,26 @@
-"""Checks of inputs and states, which stand nowhere that their rates would have to be known."""
+"""Checks of inputs and states where rates would have to be known, and inputs that have two."""
 
 from __future__ import annotations
 
-from lagrange_cli.scene.checks.dependencies import ExpressionTraits
-from lagrange_cli.scene.checks.uses import Use
-from lagrange_cli.scene.language.expression import TIME_DERIVATIVES, Call, names_in, walk
+from collections.abc import Iterable, Mapping
+
+from lagrange_cli.scene.checks.dependencies import NONSMOOTH, ExpressionTraits
+from lagrange_cli.scene.checks.uses import Use, uses
+from lagrange_cli.scene.language.expression import (
+    TIME_DERIVATIVES,
+    Call,
+    Node,
+    names_in,
+    walk,
+)
 from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.model import Scene
 
 
 def check_inputs(
-    use: Use, names: dict[str, ExpressionTraits], scene: Scene, problems: Problems
+    use: Use, names: Mapping[str, ExpressionTraits], scene: Scene, problems: Problems
 ) -> None:
-    """Refuse inputs where their rates would be needed, which nothing gives."""
+    """Refuse inputs where their rates are needed, but those that have two."""
     whole = [
         n
         for n in walk(use.expression.node)
@@ -21,12 +29,13 @@ def check_inputs(
     for node in whole if use.place.inputs else [use.expression.node]:
         for name in names_in(node):
             first_input = names.get(name.name, ExpressionTraits()).first_input
-            if first_input:
+            reason = without_rate(scene, first_input) if first_input else ""
+            if reason:
                 where = f"dot(...) in {use.what}" if use.place.inputs else use.what
                 problems.add(
                     f"the input '{first_input}' cannot stand in {where}",
                     use.expression.mark(name.span),
-                    hint=f"its rate would be needed; {without_rate(scene, first_input)}",
+                    hint=f"its rates are needed; {reason}",
                     rule="misplaced-input",
                 )
                 return
@@ -57,11 +66,45 @@ def check_states(use: Use, names: dict[str, ExpressionTraits], problems: Problem
 
 
 def without_rate(scene: Scene, name: str) -> str:
-    """Return advice on replacing an input whose rate would be needed."""
+    """Say why an input has no two rates, and what does; empty if it has."""
     declared = next(u for u in scene.inputs if u.name == name)
-    if declared.recording is None:
-        return "what is known in advance can be written as a definition in t"
-    return (
-        "it is not taken from files, but a force can follow the input:"
-        f" {{on: x, force: c*({name} - dot(x))}}"
-    )
+    if declared.recording is not None:
+        if declared.recording.interpolation == "cubic":
+            return ""
+        kind = declared.recording.interpolation
+        return f"rows joined with 'interpolation: {kind}' have none: write 'interpolation: cubic'"
+    assert declared.expression is not None
+    for part in walk(declared.expression.node):
+        if isinstance(part, Call) and part.function in NONSMOOTH:
+            return f"{part.function}(...) has none everywhere: a smooth function of t does"
+    return ""
+
+
+def rated_inputs(scene: Scene, cartesian: Iterable[str]) -> frozenset[str]:
+    """Names of the inputs that stand where their rates are needed, and have them.
+
+    Those are positions, constraints, ``dot(...)`` and the kinetic energy.
+    """
+    known = {u.name for u in scene.inputs}
+    if not known:
+        return frozenset()
+    meanings = {d.name: d.expression for d in scene.definitions}
+    named: set[str] = set()
+    pending: list[Node] = []
+    kinetic = {id(term.expression) for term in scene.kinetic}
+    for use in uses(scene, cartesian):
+        is_whole = not use.place.inputs and use.place.names == "all"
+        if is_whole or id(use.expression) in kinetic:
+            pending.append(use.expression.node)
+        elif use.place.names == "all":
+            pending += [
+                n
+                for n in walk(use.expression.node)
+                if isinstance(n, Call) and n.function in TIME_DERIVATIVES
+            ]
+    while pending:
+        for name in {n.name for n in names_in(pending.pop())} - named:
+            named.add(name)
+            if name in meanings:
+                pending.append(meanings[name].node)
+    return frozenset(name for name in named & known if not without_rate(scene, name))

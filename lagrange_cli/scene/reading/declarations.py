@@ -114,7 +114,8 @@ def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]
             if recording:
                 inputs.append(DeclaredInput(key.text, key.mark, recording=recording))
             continue
-        expression = reading.expression(value, what)
+        is_driven = isinstance(value, Mapping) and not value.entries
+        expression = _zero(value.mark) if is_driven else reading.expression(value, what)
         if expression:
             inputs.append(DeclaredInput(key.text, key.mark, expression))
     return tuple(inputs)

@@ -38,20 +38,24 @@ def given_size(name: str, text: str, problems: Problems) -> int | None:
 
 
 def override_parameters(scene: Scene, values: Mapping[str, str], problems: Problems) -> Scene:
-    """Replace the values of parameters; sizes were replaced when they were read."""
+    """Replace the values of parameters and of inputs; sizes were replaced when they were read."""
     known = {parameter.name: parameter for parameter in scene.parameters}
+    inputs = {declared.name: declared for declared in scene.inputs}
     sizes = {size.name: size.value for size in scene.sizes}
     for key, text in values.items():
         if key in sizes:
             continue
         expression, mark = _given("-p", key, text, sizes, problems)
         name = _without_blanks(key)
-        if name not in known:
+        if name in inputs and expression:
+            inputs[name] = replace(inputs[name], expression=expression, recording=None)
+        elif name not in known:
             hint = suggestion(name, known)
             problems.add(f"unknown parameter {shown(name)}", mark, hint=hint, rule="unknown-name")
         elif expression:
             known[name] = replace(known[name], value=expression)
-    return replace(scene, parameters=tuple(known.values()))
+    parameters, driven = tuple(known.values()), tuple(inputs.values())
+    return replace(scene, parameters=parameters, inputs=driven)
 
 
 def override_initial(scene: Scene, values: Mapping[str, str], problems: Problems) -> Scene:

@@ -157,7 +157,9 @@ def _model_of(equations: Equations) -> Model:
         suggested=equations.derivation.suggested,
         forces=tuple(name for name, _ in _force_columns(equations)),
         contacts=tuple(c.name for c in equations.system.contacts),
-        recordings=tuple(u.recording for u in equations.system.inputs if u.recording is not None),
+        recordings=tuple(
+            u.recording for u in equations.system.inputs if u.recording is not None and not u.order
+        ),
         driven=tuple(u.name for u in equations.system.inputs if u.driven),
         singular=chart_singularities(equations),
         positive=tuple(name for name, _ in equations.system.positive),

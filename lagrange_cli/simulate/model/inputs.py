@@ -10,7 +10,9 @@ from sympy import Symbol
 
 from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
 from lagrange_cli.files.interpolation import COEFFICIENTS
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import with_numbers
+from lagrange_cli.mechanics.symbols.inputs import rewritten
 from lagrange_cli.mechanics.system import Input
 from lagrange_cli.simulate.model.expressions import calls_and_powers
 from lagrange_cli.simulate.model.sharp_functions import steep_arguments
@@ -37,6 +39,13 @@ def with_driven_inputs(equations: Equations, names: Set[str]) -> Equations:
     for name in sorted(names - set(known)):
         hint = nearest(name, known) or "inputs: [F] declares one"
         raise _refused(f"the scene has no input '{name}'", hint)
+    bases = {u.base for u in equations.system.inputs if u.order}
+    touched = {u.base for u in equations.system.inputs if u.name in names}
+    for name in sorted(touched & bases):
+        missing = sorted({name, f"dot({name})", f"ddot({name})"} - names)
+        if missing:
+            said = f"the input '{name}' stands where its rates are needed"
+            raise _refused(said, f"functions for {' and '.join(missing)} give the others")
     inputs = tuple(
         replace(u, expression=None, recording=None) if u.name in names else u
         for u in equations.system.inputs
@@ -83,11 +92,15 @@ def substitute_inputs(equations: Equations) -> Equations:
     for u in equations.system.inputs:
         if u.driven:
             continue
-        numbers = tuple(_numbers(u))
-        replacements[u.symbol] = (
-            _polynomial(numbers, equations.system.t) if numbers else u.expression
-        )
-        inputs += numbers
+        value = u.expression
+        if u.recording is not None:
+            numbers = tuple(_numbers(u))
+            value = _polynomial(numbers, equations.system.t)
+            # Rates are those of the polynomial before them, whose numbers they have.
+            inputs += numbers if u.order == 0 else ()
+            for _ in range(u.order):
+                value = derivative(value, equations.system.t)
+        replacements[u.symbol] = value
 
     def put(expression: Expr) -> Expr:
         substituted = with_numbers(expression, replacements)
@@ -102,18 +115,21 @@ def substitute_inputs(equations: Equations) -> Equations:
             )
         return substituted
 
+    driven = tuple(u for u in equations.system.inputs if u.driven)
+    system = replace(equations.system, inputs=(*inputs, *driven))
+    if any(u.order for u in equations.system.inputs):
+        return replace(equations, system=rewritten(system, put))
     return replace(
         equations,
         system=replace(
-            equations.system,
-            inputs=(*inputs, *(u for u in equations.system.inputs if u.driven)),
-            forcing=tuple(map(put, equations.system.forcing)),
-            states=tuple(replace(s, rate=put(s.rate)) for s in equations.system.states),
-            energy=put(equations.system.energy),
-            kinetic=put(equations.system.kinetic),
-            potential=put(equations.system.potential),
-            lagrangian=put(equations.system.lagrangian),
-            outputs=tuple((name, put(e)) for name, e in equations.system.outputs),
+            system,
+            forcing=tuple(map(put, system.forcing)),
+            states=tuple(replace(s, rate=put(s.rate)) for s in system.states),
+            energy=put(system.energy),
+            kinetic=put(system.kinetic),
+            potential=put(system.potential),
+            lagrangian=put(system.lagrangian),
+            outputs=tuple((name, put(e)) for name, e in system.outputs),
         ),
     )
 
@@ -124,7 +140,7 @@ def _numbers(recorded: Input) -> Iterator[Input]:
         return
     coefficients = COEFFICIENTS[recorded.recording.interpolation]
     for k in range(coefficients + (coefficients > 1)):
-        name = f"{recorded.name}|{k}"
+        name = f"{recorded.base}|{k}"
         yield Input(name, Symbol(name, real=True), None)
 
 

@@ -129,10 +129,12 @@ def inputs(writer: DocumentWriter) -> Section | None:
             )
         )
         for u in writer.equations.system.inputs
-        if u.recording is not None
+        if u.recording is not None and not u.order
     ]
     expressions = [
-        (u.name, u.expression) for u in writer.equations.system.inputs if u.recording is None
+        (u.name, u.expression)
+        for u in writer.equations.system.inputs
+        if u.recording is None and not u.order
     ]
     return _named(writer, say("Inputs"), expressions, blocks)
 
