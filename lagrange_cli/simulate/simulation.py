@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -31,7 +32,7 @@ from lagrange_cli.simulate.results.streaming import (
     shown_samples,
     written_in_windows,
 )
-from lagrange_cli.simulate.results.trajectory import Event, Trajectory
+from lagrange_cli.simulate.results.trajectory import Event, Slide, Trajectory
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, require_a_start
 from lagrange_cli.simulate.samples import Grid, RowSequence, SampleBuffer
 from lagrange_cli.simulate.sharpness import unseen_forces
@@ -365,6 +366,10 @@ def _trajectory(
         forces=part.forces,
         conserved_drift=_conserved_drift(model, seen, drift, times, states),
         events=_events(model, functions, measured),
+        slides=tuple(
+            Slide(model.surface_names[k], start, end if math.isfinite(end) else None)
+            for k, start, end in measured.slides
+        ),
         exempt=tuple(measured.exempt.tolist()),
         remarks=unseen_forces(model, functions, problem, states) if promised else (),
         method=measured.method,

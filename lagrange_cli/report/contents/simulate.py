@@ -24,7 +24,7 @@ from lagrange_cli.report.tree import (
 )
 from lagrange_cli.report.values.simulation import SIMULATION, TRAJECTORY, Simulated
 from lagrange_cli.simulate import Trajectory
-from lagrange_cli.simulate.results.trajectory import Event
+from lagrange_cli.simulate.results.trajectory import Event, Slide
 
 #: Events that the report lists.
 _MOST_EVENTS = 12
@@ -51,6 +51,7 @@ def motion_document(simulated: Simulated) -> Document:
         section("", _further(simulated)),
         section("", _conserved(simulated)),
         _events(trajectory.events, simulated.names),
+        _slides(trajectory.slides),
         section("", Labelled(_known(simulated)), _ending(trajectory)),
     )
     return Document(trajectory.name, "a motion", title, written)
@@ -166,6 +167,27 @@ def _events(events: Sequence[Event], shown: Sequence[str]) -> Section | None:
         ),
         left_out if len(events) > _MOST_EVENTS else None,
     )
+
+
+def _slides(slides: Sequence[Slide]) -> Section | None:
+    """Return the first times for which the motion slides along kinks."""
+    if not slides:
+        return None
+    left_out = say("and {count} more", count=len(slides) - _MOST_EVENTS)
+    return section(
+        say("Sliding"),
+        table_of(
+            slides[:_MOST_EVENTS],
+            Column(say("slides on"), lambda slide: Plain(f"{slide.on} = 0")),
+            Column(say("from t ="), lambda slide: decimal(slide.start), True),
+            Column(say("to t ="), lambda slide: _known_end(slide), True),
+        ),
+        left_out if len(slides) > _MOST_EVENTS else None,
+    )
+
+
+def _known_end(slide: Slide) -> Text:
+    return say("the end") if slide.end is None else decimal(slide.end)
 
 
 def _promise(trajectory: Trajectory) -> Text:

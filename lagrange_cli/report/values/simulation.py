@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from lagrange_cli.simulate.ensemble.store.blocks import Failure, NumberRange
     from lagrange_cli.simulate.ensemble.store.store import Store
     from lagrange_cli.simulate.model.model import Model
-    from lagrange_cli.simulate.results.trajectory import Event
+    from lagrange_cli.simulate.results.trajectory import Event, Slide
     from lagrange_cli.studies.section.result import Section, SectionPoints
 
 # A trajectory.
@@ -91,6 +91,11 @@ _EVENT: JsonObject[Event] = JsonObject(
     Key("state", by_name(NUMBER), "Every name just after it."),
     Key("before", by_name(NUMBER), "Every name just before it, where velocities jump.", None, True),
 )
+_SLIDE: JsonObject[Slide] = JsonObject(
+    Key("on", TEXT, "The expression that stays zero: an argument, or a difference of arguments."),
+    Key("start", NUMBER, "Time from which it does."),
+    Key("end", MAYBE_NUMBER, "Time until which it does; null where it does at the last sample."),
+)
 _MOTION: tuple[Key[Trajectory], ...] = (
     Key("name", TEXT, "Name of the scene."),
     Key(
@@ -127,6 +132,7 @@ _MOTION: tuple[Key[Trajectory], ...] = (
     ),
     Key("remarks", NAMES, "Why another form or chart was taken."),
     Key("events", list_of(_EVENT), "What happens to contacts."),
+    Key("slides", list_of(_SLIDE), "Times for which the motion slides along kinks."),
 )
 #: The motion alone, without the columns and times of a command.
 TRAJECTORY = JsonObject(*_MOTION)

@@ -26,6 +26,7 @@ from lagrange_cli.simulate.accuracy.event_agreement import EventAgreement, Uncle
 from lagrange_cli.simulate.accuracy.measured import (
     Measured,
     limiting_component,
+    slides_until,
     start_alone,
     switches_until,
 )
@@ -288,6 +289,7 @@ def _measured(
         estimate_seconds=seconds - best.run_seconds,
         arithmetic=best.arithmetic,
         switches=switches_until(best.run.switches, problem, estimate.samples),
+        slides=slides_until(best.run.slides, problem, estimate.samples),
         began=best.run.began,
         unclear=_unclear(best, estimate.samples, problem.times),
         exempt=_exempt(events, problem.times, best.run.rows, estimate.samples),

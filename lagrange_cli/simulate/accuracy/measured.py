@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -11,6 +12,7 @@ import numpy as np
 from lagrange_cli.simulate.accuracy.error_estimate import ErrorEstimate
 from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Slides
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, ModeChange
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 from lagrange_cli.simulate.runs.run import Failure
@@ -101,6 +103,9 @@ class Measured:
         What the numbers of the run are called.
     switches
         Changes of contacts up to the last sample, and the end of bounces next behind it.
+    slides
+        Slides along switching surfaces up to the last sample: number of the surface, time from
+        and until, infinite where it goes on.
     began
         ContactMode of the contacts that were closed at first.
     unclear
@@ -126,6 +131,7 @@ class Measured:
     disproved: Disproof | None = None
     arithmetic: str = "double"
     switches: tuple[ModeChange, ...] = ()
+    slides: Slides = ()
     began: ContactMode = ()
     unclear: UnclearContacts | None = None
     exempt: Array = field(default_factory=lambda: np.empty(0))
@@ -152,6 +158,21 @@ def switches_until(
     inside = [s for s in switches if s.t <= last]
     beyond = [s for s in switches if s.t > last and s.kind == "zeno"]
     return (*inside, *([] if all_of_them else beyond[:1]))
+
+
+def slides_until(
+    slides: Slides, problem: InitialValueProblem, samples: int
+) -> tuple[tuple[int, float, float], ...]:
+    """Return the slides up to the last of so many samples, in order; parts of one are joined."""
+    last = float(problem.times[samples - 1])
+    known = [(k, start, end if end < last else math.inf) for k, start, end in slides]
+    joined: list[tuple[int, float, float]] = []
+    for k, start, end in sorted(known, key=lambda slide: (slide[0], slide[1])):
+        if joined and joined[-1][0] == k and joined[-1][2] >= start:
+            joined[-1] = k, joined[-1][1], end
+        else:
+            joined.append((k, start, end))
+    return tuple(sorted((s for s in joined if s[1] < last), key=lambda slide: slide[1]))
 
 
 def start_alone(problem: InitialValueProblem, seconds: float) -> Measured:

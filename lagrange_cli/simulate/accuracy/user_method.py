@@ -10,7 +10,12 @@ import numpy as np
 
 from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.accuracy.coarse_run import FIRST_STEP
-from lagrange_cli.simulate.accuracy.measured import Measured, start_alone, switches_until
+from lagrange_cli.simulate.accuracy.measured import (
+    Measured,
+    slides_until,
+    start_alone,
+    switches_until,
+)
 from lagrange_cli.simulate.accuracy.method_selection import (
     CoarseResult,
     reason_for_method,
@@ -89,6 +94,7 @@ def measured_run(run: Run, problem: InitialValueProblem) -> Measured:
         run_seconds=0.0,
         estimate_seconds=0.0,
         switches=switches_until(run.switches, problem, run.filled),
+        slides=slides_until(run.slides, problem, run.filled),
         began=run.began,
     )
 

@@ -147,6 +147,9 @@ class Control:
             self.atol[:] = self.loosening.rows[max(number, 0)]
 
 
+#: Slides along switching surfaces: number of the surface, time from and until, infinite so far.
+Slides: TypeAlias = tuple[tuple[int, float, float], ...]
+
 #: Of event functions: their signs, noise and reach (:mod:`.events`).
 EventStart: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
@@ -237,6 +240,11 @@ class Integrator(ABC):
     def dips(self) -> Sequence[ZeroCrossing]:
         """Least values of event functions within their reach of zero, in order."""
         return () if self._search is None else self._search.dips
+
+    @property
+    def slides(self) -> Slides:
+        """Slides along switching surfaces so far, in the order of their ends."""
+        return ()
 
     @abstractmethod
     def __init__(self, rhs: Rhs, t0: float, y0: Array, t_end: float, control: Control) -> None:

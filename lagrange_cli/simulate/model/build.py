@@ -194,10 +194,13 @@ def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
     one_side = evaluated.one_side
     if one_side is None:
         return {}
+    from lagrange_cli.notation.scene_language import to_scene_language  # imports all of notation
+
     system = evaluated.equations.system
     velocities = {c.v for c in system.coordinates} | {s.symbol for s in system.states}
     return {
         "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in one_side.surfaces),
+        "surface_names": tuple(to_scene_language(e, evaluated.equations) for e in one_side.written),
         "continuous": len(one_side.continuous),
     }
 

@@ -210,6 +210,8 @@ class Model:
     surfaces
         For each switching surface of ``abs``, ``sign``, ``min`` and ``max``, True if it hangs
         on positions and time alone (:mod:`lagrange_cli.simulate.model.switching_surfaces`).
+    surface_names
+        The expressions that vanish on these surfaces.
     continuous
         Number of quantities that jump at surfaces only if an impulse acts.
     landmarks
@@ -247,6 +249,7 @@ class Model:
     massless: tuple[str, ...] = ()
     steep: tuple[str, ...] = ()
     surfaces: tuple[bool, ...] = ()
+    surface_names: tuple[str, ...] = ()
     continuous: int = 0
     landmarks: int = 0
     labels: Labels = field(default_factory=Labels)

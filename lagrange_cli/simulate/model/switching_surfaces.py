@@ -54,12 +54,15 @@ class OneSided:
         The difference of the weights of each surface: 1 or −1, between them on the surface.
     continuous
         What does not jump where no impulse acts: the energy function, and momenta.
+    written
+        The expressions of the surfaces as the scene has them, without weights.
     """
 
     equations: Equations
     surfaces: tuple[Expr, ...]
     signs: tuple[Expr, ...]
     continuous: tuple[Expr, ...]
+    written: tuple[Expr, ...]
 
 
 def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
@@ -98,6 +101,7 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
         tuple(sides.surfaces),
         tuple(up - down for up, down in zip(sides.above, sides.below, strict=True)),
         continuous,
+        tuple(sides.numbers),
     )
 
 
@@ -154,7 +158,7 @@ class _Sides:
         Expressions that vanish on the surfaces.
     above, below
         Weights of the positive and of the negative side of each surface.
-    _numbers
+    numbers
         Expression as written, up to its sign → number of its surface.
     _smooth
         Expression → the same on one side of every surface.
@@ -166,7 +170,7 @@ class _Sides:
     surfaces: list[Expr] = field(default_factory=list)
     above: list[Symbol] = field(default_factory=list)
     below: list[Symbol] = field(default_factory=list)
-    _numbers: dict[Expr, int] = field(default_factory=dict)
+    numbers: dict[Expr, int] = field(default_factory=dict)
     _smooth: dict[Expr, Expr] = field(default_factory=dict)
     _plain: set[Expr] = field(default_factory=set)
 
@@ -244,12 +248,12 @@ class _Sides:
         if key.is_Number:
             weights = (_ONE, 1 - _ONE) if key >= 0 else (1 - _ONE, _ONE)
             return *weights, sign
-        if key not in self._numbers:
-            number = self._numbers[key] = len(self.surfaces)
+        if key not in self.numbers:
+            number = self.numbers[key] = len(self.surfaces)
             self.surfaces.append(sign * smooth)
             self.above.append(sympy.Symbol(f"above({number})", real=True))
             self.below.append(sympy.Symbol(f"below({number})", real=True))
-        k = self._numbers[key]
+        k = self.numbers[key]
         return self.above[k], self.below[k], sign
 
 

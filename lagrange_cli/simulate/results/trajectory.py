@@ -66,6 +66,24 @@ class Event:
 
 
 @dataclass(frozen=True)
+class Slide:
+    """A time for which the motion slides along a kink: an expression stays zero.
+
+    Attributes
+    ----------
+    on
+        The expression in the scene's language: the argument of ``abs`` or ``sign``, or the
+        difference of two of ``min`` and ``max``.
+    start, end
+        Times; ``end`` is None where it slides at the last sample.
+    """
+
+    on: str
+    start: float
+    end: float | None
+
+
+@dataclass(frozen=True)
 class Trajectory(Reported):
     """Samples of a motion with the estimate of their error.
 
@@ -122,6 +140,8 @@ class Trajectory(Reported):
         were derived.
     events
         Events in order.
+    slides
+        Times for which the motion slides along kinks, in order of their starts.
     remarks
         Words that say what was done otherwise than the scene's coordinates suggest.
     exempt
@@ -166,6 +186,7 @@ class Trajectory(Reported):
     symbols: Mapping[str, str] = field(default_factory=dict)
     forces: Mapping[str, Array] = field(default_factory=dict)
     events: tuple[Event, ...] = field(default_factory=tuple)
+    slides: tuple[Slide, ...] = ()
     remarks: tuple[str, ...] = ()
     exempt: tuple[float, ...] = ()
     written: str | None = None

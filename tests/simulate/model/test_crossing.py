@@ -355,6 +355,41 @@ def test_a_motion_stays_on_the_surface_it_slides_along(functions):
     assert (np.abs(x + v)[late] <= 4 * np.finfo(float).eps * (np.abs(x) + np.abs(v))[late]).all()
 
 
+@mostly_compiled
+def test_slides_are_told(functions):
+    """x' = sin t (t/4 − 0.7) until it stops; the load exceeds the friction again by π."""
+    scene = body(
+        'forces: {f: {on: x, force: "-x - 0.3*sign(dot(x)) + 0.5*sin(t)"}}',
+        "x: 1, dot(x): 0",
+        4,
+    )
+    (slide,) = moved(functions, scene, accuracy=1e-6).slides
+    assert slide.on == "dot(x)"
+    assert slide.start == pytest.approx(2.8, abs=1e-9)
+    assert slide.end == pytest.approx(math.pi - math.asin(math.sin(2.8) / 2), abs=1e-9)
+
+
+@mostly_compiled
+def test_a_slide_under_a_contact_goes_on_past_the_events_of_others(functions):
+    """The block rests on the floor while the ball beside it bounces."""
+    scene = """
+plane: xz
+particles:
+  b: {mass: 1, position: [x, y, 0]}
+  c: {mass: 1, position: [3, y, z]}
+constraints: {floor: {unilateral: z >= 0, restitution: 1}}
+potentials: {w: {gravity: 2}}
+forces: {f: {on: x, force: "-2*sign(dot(x))"}}
+initial: {x: 0, z: 1, dot(x): 1, dot(z): 0}
+simulate: {until: 3.5}
+"""
+    found = moved(functions, scene, accuracy=1e-6)
+    assert found.status == "ok", found.reason
+    (slide,) = found.slides
+    assert slide.start == pytest.approx(0.5, abs=1e-9)
+    assert slide.end is None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("section", ['potentials: {v: "abs(x)"}', 'potentials: {v: "max(0, x)^2"}'])
 def test_rest_at_a_kink_that_pushes_back_is_rest(functions, section):

@@ -18,7 +18,7 @@ import numpy as np
 
 from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState
+from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState, Slides
 from lagrange_cli.simulate.integrators.events import RISES
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
@@ -87,6 +87,7 @@ class ContactMotion(HybridMotion):
         self.switches: list[ModeChange] = []
         self.grazes: list[NearContact] = []
         self._seen = 0
+        self._slid: list[tuple[int, float, float]] = []
         self._looked: tuple[Array, tuple[Gaps, Array, Array]] | None = None
         self._fastest: dict[int, float] = {}
         self._reset(_START, "contact")
@@ -103,6 +104,16 @@ class ContactMotion(HybridMotion):
             gaps = self._rhs.gaps(event.time, event.state)
             self._dip(gaps, event.index, event.time, event.state, gaps.values[event.index])
         self._seen = len(run.dips)
+
+    @property
+    def slides(self) -> Slides:
+        return (*self._slid, *(() if self._run is None else self._run.slides))
+
+    def _end_piece(self) -> None:
+        super()._end_piece()
+        if self._run is not None:
+            ended = ((k, start, min(end, self.t)) for k, start, end in self._run.slides)
+            self._slid += [slide for slide in ended if slide[2] > slide[1]]
 
     def _pass(self, event: int) -> bool:
         self._end_piece()
@@ -311,6 +322,7 @@ class ContactMotion(HybridMotion):
             "bounces": [(contact, tuple(times)) for contact, times in self._bounces.items()],
             "switches": tuple(switches),
             "grazes": tuple(tuple(vars(dip).values()) for dip in self.grazes),
+            "slid": tuple(self._slid),
             "fastest": tuple(self._fastest.items()),
             "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
         }
@@ -319,7 +331,7 @@ class ContactMotion(HybridMotion):
     def restore(self, state: SavedState) -> None:
         self.switches = [ModeChange(*fields) for fields in state["switches"]]
         self.grazes = [NearContact(*fields) for fields in state["grazes"]]
-        self._fastest = dict(state["fastest"])
+        self._fastest, self._slid = dict(state["fastest"]), list(state["slid"])
         self._bounces = {contact: list(times) for contact, times in state["bounces"]}
         self._closed, self.began = state["closed"], state["began"]
         if state["stuck"] is not None:

@@ -77,7 +77,7 @@ class Combination:
         """Combine both sides of one surface, with their slopes and its rates there."""
         direction, derivative = (upper - lower) / 2, (rate - lower_rate) / 2
         part = -(rate + lower_rate) / 2 / derivative if derivative else float("nan")
-        slope = (upper + lower) / 2 + part * direction
+        slope = _without_rounding((upper + lower) / 2, part * direction)
         return cls(np.array([part]), slope, direction[None], np.array([[derivative]]), 0.0)
 
     @classmethod
@@ -96,7 +96,15 @@ class Combination:
             parts = np.full(signs.shape[1], np.nan)
         deviation = np.abs(slopes - middle - signs @ directions).max()
         margin = float(LINEAR * np.abs(slopes).max() - deviation)
-        return cls(parts, middle + parts @ directions, directions, matrix, margin)
+        slope = _without_rounding(middle, parts @ directions)
+        return cls(parts, slope, directions, matrix, margin)
+
+
+def _without_rounding(middle: Array, change: Array) -> Array:
+    """Add what cancels but for rounding to zero: a body at rest has no scale for its steps."""
+    slope = middle + change
+    slope[np.abs(slope) <= _ROUNDING * np.abs(middle)] = 0.0
+    return slope
 
 
 def is_diagonally_stable(matrix: Array) -> bool:

@@ -19,10 +19,21 @@ import numpy as np
 
 from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Advance, Control, Integrator, SavedState
+from lagrange_cli.simulate.integrators.base import (
+    Advance,
+    Control,
+    Integrator,
+    SavedState,
+    Slides,
+)
 from lagrange_cli.simulate.integrators.events import RISES, TerminalEvents, ZeroCrossing
 from lagrange_cli.simulate.integrators.hybrid.meeting import NOT_ONE_COMBINATION, settled
-from lagrange_cli.simulate.integrators.hybrid.motion import CHATTER, TOGETHER, Begin, HybridMotion
+from lagrange_cli.simulate.integrators.hybrid.motion import (
+    CHATTER,
+    TOGETHER,
+    Begin,
+    HybridMotion,
+)
 from lagrange_cli.simulate.integrators.hybrid.sliding import SlidingRhs
 from lagrange_cli.simulate.integrators.right_hand_side import (
     Rhs,
@@ -72,6 +83,8 @@ class SurfaceMotion(HybridMotion):
         self._crossings: list[float] = []
         self._count = 0
         self._dips: list[ZeroCrossing] = []
+        self._slid: list[tuple[int, float, float]] = []
+        self._since: dict[int, float] = {}
         self._sides: SurfaceSides = (1.0,) * len(self._surfaces.positional)
         self._corners: tuple[SurfaceSides, ...] = (self._sides,)
         self._settle(())
@@ -86,6 +99,21 @@ class SurfaceMotion(HybridMotion):
     @property
     def dips(self) -> list[ZeroCrossing]:
         return [*self._dips, *([] if self._run is None else self._run.dips)]
+
+    @property
+    def slides(self) -> Slides:
+        """The surfaces along which the motion slid for longer than times are known, with when."""
+        sliding = ((k, start, math.inf) for k, start in self._since.items())
+        return (*self._slid, *sliding)
+
+    def _note_slides(self, sliding: Sequence[int]) -> None:
+        """Take note of surfaces along which the motion slides from here on, and of others."""
+        for k in [k for k in self._since if k not in sliding]:
+            start = self._since.pop(k)
+            if self.t - start > self._together:
+                self._slid.append((k, start, self.t))
+        for k in sliding:
+            self._since.setdefault(k, self.t)
 
     def _go(
         self, run: Integrator, times: Array, states: Array, most_steps: int, most_evaluations: float
@@ -264,9 +292,10 @@ class SurfaceMotion(HybridMotion):
     ) -> None:
         """Begin a piece here on these sides, unless nothing is left of the motion."""
         self._sides, self._corners = sides, corners
+        sliding = self._sliding(sides)
+        self._note_slides(sliding)
         if self._is_over():
             return
-        sliding = self._sliding(sides)
         if sliding:
             moved = self._slide(sliding).onto_surfaces(self.t, self.y)
             self.y = moved if np.isfinite(moved).all() else self.y
@@ -300,6 +329,8 @@ class SurfaceMotion(HybridMotion):
             "sides": self._sides,
             "corners": self._corners,
             "stuck": self._failure,
+            "slid": tuple(self._slid),
+            "since": tuple(self._since.items()),
         }
         return {**super().state(), **values}
 
@@ -307,4 +338,5 @@ class SurfaceMotion(HybridMotion):
         self._crossings = list(state["crossings"])
         self._count, self._failure = state["count"], state["stuck"]
         self._sides, self._corners = state["sides"], state["corners"]
+        self._slid, self._since = list(state["slid"]), dict(state["since"])
         super().restore(state)
