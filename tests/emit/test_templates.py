@@ -10,7 +10,9 @@ import pytest
 
 import lagrange_cli.emit
 from lagrange_cli.emit.c.target import CNames, CTarget, Real, real_type
+from lagrange_cli.emit.python.interface import layout_tokens
 from lagrange_cli.emit.template_files import c_template, filled, python_template
+from lagrange_cli.state_layout import StateLayout
 from tests.emit.emitted_c import WARNINGS, compiler, run
 
 FOLDER = Path(lagrange_cli.emit.__file__).parent / "templates"
@@ -47,6 +49,8 @@ C_VALUES = {
     "@STATIC@": "static ",
     "@CONSTRAINTS@": "the gaps of the contacts, then their rates,",
     "@TEXT@": "force",
+    "@LAST@": "2n-1",
+    "@COUNTER@": "i, ",
     "@FUNCTION@": "multipliers",
     **dict.fromkeys(["@CONTACT@", "@CHANGING@", "@FLIGHT@", "@OF@"], ""),
     "@U@": "2",
@@ -91,6 +95,9 @@ MAIN_VALUES = {
     "@REASON@": '"result is not finite"',
     "@BOUNCES@": "50",
     "@MOST@": "100",
+    "@SIZE@": "7",
+    "@MOVING@": "6",
+    "@PLACES@": "3",
     **dict.fromkeys(["@RECORDED@", "@MODE@", "@INPUTS@", "@ADVANCE@", "@MODES@", "@BEGUN@"], ""),
     **dict.fromkeys(["@START_CHECKED@", "@PARAMETERS@", "@NEEDED@", "@WITHIN@"], ""),
     **dict.fromkeys(["@START_PROJECTED@", "@CLEAR@"], ""),
@@ -102,6 +109,13 @@ OWN_VALUES = {
     "guarded_lanes": {"@NUMBERS@": "6"},
     "mode_project": {"@STATE@": f"{MOVED}, const int *mode, @REAL@ *work"},
     "project": {"@ARGUMENTS@": f"{MOVED}, const @REAL@ *contact, @REAL@ *work"},
+    "whole_jacobian": {
+        "@FUNCTION@": "jacobian",
+        "@PASSED@": "t, y, u, p, mode, work",
+        "@SIZE@": "4",
+        "@COLUMNS@": "6",
+        "@WHOLE@": "36",
+    },
 }
 
 #: Templates whose functions give no int and are called by others.
@@ -120,6 +134,7 @@ PRELUDE = """\
 #define system_CONSTRAINTS 2
 #define system_WORK 100
 typedef struct { @REAL@ p[9]; } system_params;
+extern const int system_jacobian_rows[4], system_jacobian_columns[4];
 """
 
 
@@ -192,12 +207,15 @@ PYTHON_VALUES = {
     "@STEPS@": "20",
     "@ROWS@": "501",
     "@BOUNCES@": "50",
+    **layout_tokens(StateLayout(3, 1)),
 }
 
 #: Those of templates in which a token has another meaning.
 PYTHON_OWN = {
-    "integrate": {"@U@": ", held", "@LED@": ""},
     "integrate_contacts": {"@U@": ", held", "@EVENTS@": "100"},
+    "integrate": {"@U@": ", held", "@LED@": ""},
+    "whole_jacobian": {"@FUNCTION@": "jacobian", "@CONSTANT@": "JACOBIAN"},
+    "main": {"@STATES@": ", *STATES", "@STEPS@": "20"},
 }
 
 
