@@ -27,6 +27,7 @@ from lagrange_cli.report.formats import spoken
 from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.writers.html import STYLE, body_html
 from lagrange_cli.simulate.model.labels import Labels, labels_of
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -125,7 +126,7 @@ def _report(equations: Equations, say: Language) -> str:
 
 def _system(equations: Equations) -> str:
     """Return the emitted module, which hands its functions over to the page's script."""
-    (module,) = emit_javascript(equations, {}).values()
+    (module,) = emit_javascript(equations, {"jacobian": False}).values()
     exported = [*_EMITTED, *(["project"] if equations.system.closures else [])]
     return f"\n{_within_html(module)}\nglobalThis.lagrangeSystem = {{ {', '.join(exported)} }};\n"
 
@@ -175,9 +176,18 @@ def _data(
             }
             for c in system.coordinates
         ],
+        "states": [
+            {
+                "name": state.name,
+                "symbol": labels.symbol(state.name).plain,
+                "unit": _unit(labels, state.name),
+                "scale": trajectory.scales.get(state.name, 1.0),
+            }
+            for state in system.states
+        ],
         "parameters": [_parameter(p, labels) for p in system.parameters],
         **_drawn(equations, say),
-        "simulated": _simulated(trajectory),
+        "simulated": _simulated(trajectory, [state.name for state in system.states]),
         "words": _words(say),
     }
 
@@ -206,9 +216,10 @@ def _unit(labels: Labels, name: str) -> str:
     return "" if unit is None else unit.plain
 
 
-def _simulated(trajectory: Trajectory) -> dict[str, Any]:
+def _simulated(trajectory: Trajectory, states: Sequence[str]) -> dict[str, Any]:
     """Return samples of the trajectory, and what is said of it."""
-    names = [*trajectory.coordinates, *(f"dot({c})" for c in trajectory.coordinates)]
+    coordinates = trajectory.coordinates
+    names = StateLayout(len(coordinates), len(states)).names(coordinates, states)
     apart = max(1, -(-len(trajectory.t) * len(names) // _MOST_NUMBERS))
     sampled = [*range(0, len(trajectory.t), apart)]
     if sampled[-1] != len(trajectory.t) - 1:

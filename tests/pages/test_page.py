@@ -61,6 +61,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "slider_crank": "constraints/slider_crank",
             "net_of_springs": "chains/net_of_springs",
             "schwarzschild_orbit": "celestial/schwarzschild_orbit",
+            "dc_motor_pendulum": "actuators/dc_motor_pendulum",
         }.items()
     }
     scenes["hostile"] = loads(HOSTILE).derive()
@@ -69,7 +70,11 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
 
 
 @pytest.mark.parametrize(
-    "name", ["double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"]
+    "name",
+    [
+        *("double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"),
+        "dc_motor_pendulum",
+    ],
 )
 def test_a_page_moves_as_the_simulation_does(pages, name):
     page = pages[name]

@@ -26,7 +26,7 @@ function pressed(event) {
     view.drag = camera.isFlat ? null : { from: pixel };
     return;
   }
-  const state = Float64Array.from(motion.at(t)).fill(0, count);
+  const state = Float64Array.from(motion.at(t)).fill(0, count, 2 * count);
   view.drag = { body: found.body, state, t };
 }
 
@@ -39,7 +39,7 @@ function moved(event) {
     drag.from = pixel;
   } else {
     const from = { t: span[0], y: drag.state, p: settings.p };
-    drag.state = dragged(stage, camera, from, drag.body, pixel, scales);
+    drag.state = dragged(stage, camera, from, drag.body, pixel, scales.slice(0, count));
   }
 }
 
@@ -88,19 +88,15 @@ function fill() {
     option(byId('phase-of'), k, `${c.symbol}, ${c.rate}`);
     option(byId('section-of'), k, c.symbol);
   });
-  shownCoordinates().forEach((k, place) => {
+  shownNumbers().forEach((k, place) => {
     const mark = byId('shown').appendChild(document.createElement('span'));
-    mark.textContent = `${data.coordinates[k].symbol} `;
+    mark.textContent = `${numbers[k].symbol} `;
     mark.style.color = COLOURS[place % COLOURS.length];
   });
   data.parameters.forEach((parameter, k) => slider(
     byId('parameters'), parameter, 'p', k, rangeOf(usual.p[k], parameter.isPositive),
   ));
-  stateNames.forEach((_, k) => {
-    const c = data.coordinates[k % count];
-    const symbol = k < count ? c.symbol : c.rate;
-    slider(byId('start'), { symbol, unit: k < count ? c.unit : '' }, 'y', k, startRange(c, k));
-  });
+  numbers.forEach((number, k) => slider(byId('start'), number, 'y', k, startRange(number, k)));
 }
 
 function listen() {

@@ -1,8 +1,11 @@
 // A body that is dragged: the configuration in which it is nearest to the pointer.
 
-/** Coordinates at which a body is near a pixel, by damped Gauss-Newton steps from a state. */
+/**
+ * The state in which a body is near a pixel, by damped Gauss-Newton steps of the coordinates, whose
+ * scales are given.
+ */
 function dragged(stage, camera, { t, y, p }, body, pixel, scales) {
-  const count = y.length / 2;
+  const count = scales.length;
   let state = Float64Array.from(y);
   const miss = (trial) => {
     const at = camera.pixel(stage.places(t, trial, p)[body]);

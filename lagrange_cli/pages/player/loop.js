@@ -141,7 +141,7 @@ function drawPlots() {
 function drawSeries(times, states, t, now) {
   const curves = [];
   const marks = [];
-  shownCoordinates().forEach((k, place) => {
+  shownNumbers().forEach((k, place) => {
     const colour = COLOURS[place % COLOURS.length];
     curves.push({ colour, points: states.map((y, j) => [times[j], y[k]]) });
     marks.push({ colour, at: [t, now[k]] });
@@ -177,8 +177,9 @@ function drawSection() {
   plot(painter, [{ colour: COLOURS[2], points }], { isDotted: true });
 }
 
-function shownCoordinates() {
-  return data.coordinates.map((_, k) => k).slice(0, COLOURS.length);
+/** Numbers of a state whose curves are drawn: coordinates, then states of first order. */
+function shownNumbers() {
+  return numbers.map((_, k) => k).filter((k) => k < count || k >= 2 * count).slice(0, COLOURS.length);
 }
 
 // -- the loop -----------------------------------------------------------------------------

@@ -12,7 +12,17 @@ const usual = {
   y: [...system.INITIAL],
   until: span[1],
 };
-const scales = [0, 1].flatMap((order) => data.coordinates.map((c) => c.scales[order]));
+const scales = [
+  ...[0, 1].flatMap((order) => data.coordinates.map((c) => c.scales[order])),
+  ...data.states.map(({ scale }) => scale),
+];
+
+/** Name, symbol and unit of each number of a state: coordinates, velocities, states of first order. */
+const numbers = [
+  ...data.coordinates,
+  ...data.coordinates.map(({ name, rate }) => ({ name: `dot(${name})`, symbol: rate, unit: '' })),
+  ...data.states,
+];
 
 const settings = { p: [...usual.p], y: [...usual.y], until: usual.until };
 
@@ -62,16 +72,11 @@ function startRange({ isAngle }, k) {
   return [-reach, reach];
 }
 
-const stateNames = [
-  ...data.coordinates.map(({ name }) => name),
-  ...data.coordinates.map(({ name }) => `dot(${name})`),
-];
-
 /** The part of the address that holds the settings; the whole path where they are the usual ones. */
 function addressed() {
   const parts = [
     ...data.parameters.flatMap(({ name }, k) => differing(`p.${name}`, settings.p[k], usual.p[k])),
-    ...stateNames.flatMap((name, k) => differing(`y.${name}`, settings.y[k], usual.y[k])),
+    ...numbers.flatMap(({ name }, k) => differing(`y.${name}`, settings.y[k], usual.y[k])),
     ...differing('until', settings.until, usual.until),
   ];
   return parts.length ? `#${parts.join('&')}` : location.pathname;
@@ -90,7 +95,7 @@ function fromAddress() {
     if (name === 'until' && value > span[0]) settings.until = value;
     const p = data.parameters.findIndex((parameter) => name === `p.${parameter.name}`);
     if (p >= 0) settings.p[p] = value;
-    const y = stateNames.findIndex((known) => name === `y.${known}`);
+    const y = numbers.findIndex((number) => name === `y.${number.name}`);
     if (y >= 0) settings.y[y] = value;
   }
 }
