@@ -291,3 +291,12 @@ def test_derivatives_take_fewer_right_hand_sides_than_differences() -> None:
     name, n, _, _, ratio, _ = printed.splitlines()[2].strip("| ").split(" | ")
     assert (name, n) == ("triple_pendulum", "3")
     assert 1 < float(ratio) < 2 * 3 + 1
+
+
+def test_random_scenes_with_states() -> None:
+    _needs_compiler()
+    words = ("--scenes", "3", "--promise", "3", "--in-languages", "0", "--seed", "500")
+    printed = run_benchmark("states", *words)
+    assert "| rhs | 9 |" in printed
+    assert "Beyond the promise, with status ok: 0." in printed
+    assert "Wrong: 0." in printed

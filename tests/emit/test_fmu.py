@@ -21,7 +21,7 @@ from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.errors import InputError
 from tests.cli.terminal import lagrange
 from tests.emit.emitted_c import WARNINGS, compiler, run
-from tests.systems.shipped import SCENES
+from tests.systems.shipped import APART, SCENES
 
 pytestmark = [pytest.mark.slow, pytest.mark.compiler]
 
@@ -105,6 +105,7 @@ SCENES_HERE: dict[str, Callable[[], object]] = {
             "slack_rope",
         )
     },
+    "dc_motor_pendulum": lambda: load(APART["dc_motor_pendulum"]).derive(),
     "seismometer": lambda: load(SCENES["seismometer"]).derive(),
     "driven_cart": lambda: loads(CART).derive(),
     "ball_one": lambda: loads(ONE.format(name="one", mass=1.0, start=1)).derive(),
@@ -258,6 +259,8 @@ def test_sources_compile_without_warnings(derivation, tmp_path, name, version):
         ("double_pendulum", "3", 1e-9),
         ("four_bar_linkage", "3", 1e-9),
         ("driven_cart", "2", 1e-10),
+        ("dc_motor_pendulum", "2", 1e-9),
+        ("dc_motor_pendulum", "3", 1e-9),
     ],
 )
 def test_co_simulation_is_as_exact_as_stated(derivation, unit, name, version, within):
@@ -279,7 +282,8 @@ def test_errors_follow_the_tolerance(derivation, unit):
 @pytest.mark.parametrize("version", VERSIONS)
 def test_model_exchange_gives_the_equations_to_another_integrator(derivation, unit, version):
     """What is left of errors is that of CVode, whose steps may drift from closures."""
-    for name, within in (("double_pendulum", 1e-4), ("four_bar_linkage", 2e-4)):
+    bounds = {"double_pendulum": 1e-4, "four_bar_linkage": 2e-4, "dc_motor_pendulum": 1e-4}
+    for name, within in bounds.items():
         reference = derivation(name).simulate(samples=51)
         found = columns_of(
             unit(name, version), reference, "ModelExchange", relative_tolerance=1e-10
@@ -337,13 +341,14 @@ def test_a_ball_bounces_and_comes_to_rest(unit, kind, within, version):
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("name", ["driven_cart", "four_bar_linkage"])
+@pytest.mark.parametrize("name", ["driven_cart", "four_bar_linkage", "dc_motor_pendulum"])
 def test_directional_derivatives_are_those_of_differences(unit, name, version):
     with instances(unit(name, version)) as (model,):
         model.start()
         model.unit.enterContinuousTimeMode()
         inputs = [n for n, v in model.variables.items() if v.causality == "input"]
         start, h = model.get(*model.states), 1e-6
+        model.set(**dict.fromkeys(inputs, 0.0))
         for number, known in enumerate([*model.states, *inputs]):
             values = []
             for sign in (1, -1):

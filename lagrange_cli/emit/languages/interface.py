@@ -195,7 +195,7 @@ def interface_of(
     """
     _require_held(equations, language)
     functions = tuple(
-        (lowered(program, name), _DOCUMENTATION[name])
+        (lowered(program, name), _documentation(name, equations))
         for name, program in _programs(equations, jacobian=jacobian)
     )
     projection = _projection(equations)
@@ -233,6 +233,11 @@ def _quantities(
         Quantity(name, names[f"{letter}{k}"], note, value)
         for k, (name, note, value) in enumerate(entries)
     )
+
+
+def _documentation(name: str, equations: Equations) -> str:
+    text = _DOCUMENTATION[name]
+    return text.replace("[v, a]", "[v, a, rates of states]") if equations.system.states else text
 
 
 def _projection(equations: Equations) -> Projection | None:

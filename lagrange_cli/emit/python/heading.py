@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
 
 _MANY = (
-    "y is one state, or many as the columns of an array of shape (2n, m); t and parameters are then"
-    " numbers or of shape (m,), and results have m as their last axis. NaN stands for no result."
+    "y is one state, or many as the columns of an array of shape (@SIZE@, m); t and parameters are"
+    " then numbers or of shape (m,), and results have m as their last axis. NaN stands for no"
+    " result."
 )
 
 #: Style → what the docstring of a module says of its functions.
@@ -78,6 +79,7 @@ def docstring(equations: Equations, style: str) -> str:
     if system.inputs:
         driven = f" u is {_DRIVEN[style in ('jax', 'casadi')]}, by default those of the scene."
     note, *example = _NOTES[style]
+    note = note.replace("@SIZE@", "2n + k" if system.states else "2n")
     paragraphs.append(f"{_statement(equations, style)}{driven} {note}")
     lines = [line for paragraph in paragraphs for line in [*wrap(paragraph, WIDTH), ""]]
     lines = [*lines[:-1], *example, ""]
@@ -95,7 +97,7 @@ def _statement(equations: Equations, style: str) -> str:
     state = "for y = [q, v], in the order of COORDINATES."
     if equations.system.states:
         state = (
-            "for y = [q, v, x], in the order of COORDINATES and, of the states x of first order,"
+            "for y = [q, v, x], in the order of COORDINATES and, of the k states x of first order,"
             " dx/dt = r(q, v, x, t), of STATES."
         )
     if not equations.system.multipliers:

@@ -259,6 +259,8 @@ class _Module:
         label = f"_{plain}" if inner else plain
         whole = plain.removesuffix(ENTRIES)
         doc = _DOCS[whole]
+        if self.equations.system.states:
+            doc = doc.replace("[v, a]", "[v, a, r]")
         if plain != whole:
             places = f"{whole.upper()}_ROWS, {whole.upper()}_COLUMNS"
             doc = f"Numbers of {whole} at {places}; all others are zero."

@@ -143,9 +143,16 @@ class StructuredRhs(ABC):
 
     def with_surfaces(self, surfaces: Surfaces) -> Self:
         """Return the right-hand side with switching surfaces."""
+        return self._copied_with("surfaces", surfaces)
+
+    def with_states(self, states: int) -> Self:
+        """Return the right-hand side of a system with states of first order."""
+        return self._copied_with("states", states) if states else self
+
+    def _copied_with(self, name: str, value: object) -> Self:
         changed = copy.copy(self)
         # Some kinds are frozen.
-        object.__setattr__(changed, "surfaces", surfaces)
+        object.__setattr__(changed, name, value)
         return changed
 
 

@@ -207,7 +207,9 @@ class _Evaluators:
         """Return the right-hand side and the two perturbed ones."""
         names = "rhs", "disturbed", "disturbed"
         rhs, one, two = (
-            self.code(pattern, guards).side(name, parameter_values(self.model, pattern))
+            self.code(pattern, guards)
+            .side(name, parameter_values(self.model, pattern))
+            .with_states(len(self.model.states))
             for pattern, name in enumerate(names)
         )
         return rhs, (one, two)
