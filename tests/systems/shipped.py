@@ -24,10 +24,11 @@ Array = NDArray[np.float64]
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
 #: Scenes for which SymPy's own route takes minutes, or that it cannot take, as it has no states of
-#: first order; there are files of tests for them.
+#: first order, or whose forces switch; there are files of tests for them.
 APART = {
     "bicycle": SYSTEMS / "rolling" / "bicycle.yaml",
     **{p.stem: p for p in sorted((SYSTEMS / "actuators").glob("*.yaml"))},
+    **{p.stem: p for p in sorted((SYSTEMS / "switching").glob("*.yaml"))},
 }
 
 SCENES = {

@@ -1,0 +1,57 @@
+"""Scenes whose forces switch, against closed forms of their pieces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.systems.shipped import simulated
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_dead_zone_has_its_period() -> None:
+    run = simulated("dead_zone_oscillator")
+    assert run.status == "ok"
+    assert float(run.t[-1]) == pytest.approx(4 * 0.5 / 1 + 2 * math.pi / math.sqrt(4), abs=1e-12)
+    # Free within the play, a sine on the spring, over a quarter of the period.
+    first = run.t < 0.5
+    assert run.columns["x"][first] == pytest.approx(run.t[first], abs=1e-9)
+    spring = (run.t > 0.5) & (run.t < 0.5 + math.pi / 2)
+    exact = 0.5 + np.sin(2 * (run.t[spring] - 0.5)) / 2
+    assert run.columns["x"][spring] == pytest.approx(exact, abs=1e-9)
+
+
+def test_a_relay_makes_parabolas() -> None:
+    run = simulated("relay_oscillator")
+    assert run.status == "ok"
+    quarter = math.sqrt(2 * 2.0 * 1.0 / 4.0)
+    assert float(run.t[-1]) == pytest.approx(4 * quarter, abs=1e-12)
+    first = run.t < quarter
+    assert run.columns["x"][first] == pytest.approx(1 - run.t[first] ** 2, abs=1e-9)
+    assert not run.slides
+
+
+def test_a_saturated_actuator_brakes_and_accelerates_at_its_bounds() -> None:
+    run = simulated("saturated_step")
+    assert run.status == "ok"
+    assert not run.columns["x"][run.t <= 1].any()
+    # The command asks for 10 (1 − s²) − 6 s with s = t − 1, more than 2 for the first half second.
+    bound = (run.t > 1) & (run.t < 1.5)
+    assert run.columns["x"][bound] == pytest.approx((run.t[bound] - 1) ** 2, abs=1e-9)
+
+
+def test_a_block_sticks_to_its_belt_until_the_spring_overcomes_the_friction() -> None:
+    run = simulated("stick_slip_belt")
+    assert run.status == "ok"
+    assert {slide.on for slide in run.slides} == {"dot(x) - w"}
+    assert len(run.slides) == 7
+    # It is let go where k x is the friction at rest.
+    ends = [slide.end for slide in run.slides[:-1]]
+    assert run.slides[-1].end is None
+    x = np.interp(ends, run.t, run.columns["x"])
+    assert x == pytest.approx(1.5 / 4, abs=1e-2)
+    lasting = [b.start - a.end for a, b in zip(run.slides[:-1], run.slides[1:], strict=True)]
+    assert lasting[1:] == pytest.approx(np.full(len(lasting) - 1, lasting[1]), abs=1e-7)
