@@ -94,9 +94,7 @@ def _further_columns(
     ),
     metavar="NAME",
 )
-@options.number(
-    "--rtol", "X", "Relative tolerance of a step, with --method.  [default: the scene's]"
-)
+@options.number("--rtol", "X", "Relative tolerance of a step.  [default: the scene's]")
 @options.number("--atol", "X", "Absolute tolerance.  [default: rtol/100 of each scale]")
 @options.number(
     "--step",
@@ -107,7 +105,7 @@ def _further_columns(
     "--samples",
     type=int,
     metavar="N",
-    help="Number of samples, both ends included.  [default: the scene's, or 501]",
+    help="Number of samples.  [default: the scene's, or 501]",
 )
 @options.number("--budget", "SECONDS", "Stop after this time and keep what is done.")
 @options.formulation(None, "the scene's, or auto")
@@ -127,7 +125,7 @@ def _further_columns(
     "--sensitivity",
     callback=_names,
     metavar="NAMES",
-    help="Derivatives of the motion by starts and parameters, as theta,dot(theta),m.",
+    help="Derivatives by starts and parameters, as theta,m.",
 )
 @options.file(
     "-o --output",
@@ -137,7 +135,7 @@ def _further_columns(
 @click.option(
     "--section",
     metavar="CONDITION",
-    help="Points of a Poincaré section in place of samples, as 'x=0, dot(x)>0'.",
+    help="Points of a Poincaré section, as 'x=0, dot(x)>0'.",
 )
 @options.report_form
 @heading("Pictures")
@@ -149,15 +147,10 @@ def _further_columns(
 )
 @options.file(
     "--animate",
-    "Write a film of the motion, as .svg, .gif or .mp4, or a page, as .html.",
+    "Film the motion, as .svg, .gif, .mp4 or .html.",
     callback=options.writable_as(*_FILMS),
 )
-@options.number(
-    "--speed",
-    "X",
-    "Units of time in a second of the film.  [default: 1, or such that a very short or long film "
-    "lasts 10 s]",
-)
+@options.number("--speed", "X", "Units of time a second.  [default: 1, or a film of 10 s]")
 @ensemble.ensemble_options
 @heading("Interruptions")
 @options.file(
