@@ -61,7 +61,7 @@ def _dof(expect: Expect, equations: Equations) -> Iterator[Problem]:
         yield Problem(
             f"expected dof {expect.dof}, found {account.dof}",
             expect.dof_mark,
-            hint=f"3N = {account.cartesian}{extra}, K = {account.constraints}",
+            hint=f"{', '.join(account.counted)}{extra}, K = {account.constraints}",
             rule="dof",
         )
 

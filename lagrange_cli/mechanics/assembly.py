@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.depiction import (
     PlacedPoint,
     StatedRelation,
 )
+from lagrange_cli.mechanics.dynamics.element_motions import element_motions
 from lagrange_cli.mechanics.dynamics.idle_potentials import idle_potential_warnings
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
@@ -69,7 +70,6 @@ from lagrange_cli.mechanics.system import (
     CartesianName,
     InitialState,
     Parameter,
-    ParticleMotion,
     ReplacedChart,
     System,
 )
@@ -138,7 +138,7 @@ def _system(
         inputs=tuple(inputs_of(reduced.names)),
         states=reduced.states,
         functions=reduced.scene.functions,
-        particles=tuple(_particles(derivation)),
+        particles=tuple(element_motions(derivation)),
         cartesian_names=tuple(_cartesian_names(derivation)),
         kinetic=derivation.kinetic,
         potential=derivation.potential,
@@ -286,22 +286,6 @@ def _parameters(reduced: Reduced) -> Iterator[Parameter]:
 def _decimal(value: sp.Expr) -> str:
     with mpmath.workdps(2 * DECIMAL_DIGITS):
         return decimal(evaluated(value, 2 * DECIMAL_DIGITS))
-
-
-def _particles(derivation: Uncertified) -> Iterator[ParticleMotion]:
-    reduced = derivation.reduced
-    bodies = zip(
-        reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
-    )
-    for particle, (x, y, z), mass in bodies:
-        yield ParticleMotion(
-            name=particle.name,
-            mass=mass,
-            components=(x.name, y.name, z.name),
-            position=(reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
-            velocity=(derivation.velocity[x], derivation.velocity[y], derivation.velocity[z]),
-            latex=particle.latex,
-        )
 
 
 def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:

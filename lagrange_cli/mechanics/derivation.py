@@ -15,7 +15,7 @@ from lagrange_cli.errors import (
 from lagrange_cli.mechanics.assembly import assemble
 from lagrange_cli.mechanics.certify.certificate import certify, explained
 from lagrange_cli.mechanics.certify.facts import open_questions, proven_evidence
-from lagrange_cli.mechanics.diagnosis.errors import require_size
+from lagrange_cli.mechanics.diagnosis.errors import require_particles_alone, require_size
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
 from lagrange_cli.mechanics.dynamics.singular_configurations import singular_configurations
 from lagrange_cli.mechanics.equations import Equations
@@ -69,6 +69,7 @@ def derive(
         The derivation failed its certificate.
     """
     require_size(scene)
+    require_particles_alone(scene, forces=forces, steps=steps is not None)
     with explained(scene):
         return _in_formulation(scene, _Wanted(digits, points, forces, steps), formulation)
 

@@ -50,12 +50,12 @@ class ConstraintLine:
 
 @dataclass(frozen=True)
 class Account:
-    """Account of degrees of freedom, dof = cartesian + extra − constraints.
+    """Account of degrees of freedom, dof = cartesian + of_bodies + extra − constraints.
 
     Attributes
     ----------
     cartesian
-        3N.
+        3N, of particles.
     extra
         Number of coordinates besides positions.
     constraints
@@ -70,6 +70,10 @@ class Account:
         True if the program chose the coordinates.
     nonholonomic
         Number of constraints that lower the freedom of velocities, but not ``dof``.
+    bodies
+        B, the number of rigid bodies.
+    of_bodies
+        6B; 3B of bodies in a plane.
     """
 
     cartesian: int
@@ -80,6 +84,18 @@ class Account:
     lines: tuple[ConstraintLine, ...]
     chosen_automatically: bool = False
     nonholonomic: int = 0
+    bodies: int = 0
+    of_bodies: int = 0
+
+    @property
+    def counted(self) -> tuple[str, ...]:
+        """The numbers that particles and bodies have: ``3N = 3``, ``6B = 6``."""
+        of_particles = f"3N = {self.cartesian}"
+        if not self.bodies:
+            return (of_particles,)
+        each = self.of_bodies // self.bodies
+        of_bodies = f"{each}B = {self.of_bodies}"
+        return (of_particles, of_bodies) if self.cartesian else (of_bodies,)
 
     @property
     def unilateral(self) -> int:

@@ -9,9 +9,10 @@ import sympy as sp
 
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.symbols.convert import to_sympy, total_derivative
-from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.language.expression import ANGULAR_VELOCITIES, Expression
 from lagrange_cli.scene.language.families import Budget, written_expression
 from lagrange_cli.scene.language.grammar import parse_expression
+from lagrange_cli.scene.language.rotations import implied_name
 from lagrange_cli.scene.language.written_text import WrittenText
 
 
@@ -22,7 +23,8 @@ def interpret(
 ) -> sp.Expr:
     """Convert an expression of the scene language over the symbols of ``equations``.
 
-    Names are coordinates, parameters, inputs, states, Cartesian names, abbreviations, multipliers;
+    Names are coordinates, parameters, inputs, states, Cartesian names, angular velocities of
+    bodies, abbreviations, multipliers;
     ``dot`` and ``ddot`` are total time derivatives. ``further`` gives names of momenta.
 
     Raises
@@ -35,6 +37,10 @@ def interpret(
     for particle in equations.system.particles:
         for axis, position in zip("xyz", particle.position, strict=True):
             meanings[f"{axis}_{particle.name}"] = position
+        if particle.turning is not None:
+            spins = (*particle.turning.spin_in_space, *particle.turning.spin)
+            names = (implied_name(stem, particle.name) for stem in ANGULAR_VELOCITIES)
+            meanings.update(zip(names, spins, strict=True))
     multipliers = [c.multiplier for c in equations.system.pushing]
     meanings.update((multiplier.name, multiplier) for multiplier in multipliers)
     meanings.update((c.name, c.position) for c in equations.system.cartesian_names)

@@ -38,6 +38,7 @@ from lagrange_cli.mechanics.numerics.rank import (
 from lagrange_cli.mechanics.proofs.continuity import is_continuous
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.system import Closure, Coordinate
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.checks.external import without_rate
 from lagrange_cli.scene.language.expression import names_in
 from lagrange_cli.scene.model import Scene
@@ -91,6 +92,8 @@ def _planar(derivation: Uncertified) -> bool:
     reduced = derivation.reduced
     bodies = reduced.names.particle_symbols
     moving = {c.q for c in reduced.coordinates} | {reduced.names.t}
+    if any(not body.planar for body in bodies_of(reduced.scene)):
+        return False
     return bool(bodies) and any(
         not any(symbols_in(reduced.resolved[body[axis]]) & moving for body in bodies)
         for axis in range(3)

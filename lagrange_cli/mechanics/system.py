@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.errors import Mark
     from lagrange_cli.files import Recording
+    from lagrange_cli.mechanics.elements.motion import ElementMotion
     from lagrange_cli.scene.conditions import SimulationDefaults
     from lagrange_cli.scene.model import DeclaredFunction
 
@@ -177,32 +178,8 @@ class CartesianName:
 
 
 @dataclass(frozen=True)
-class ParticleMotion:
-    """A particle and its motion.
-
-    Attributes
-    ----------
-    name, mass
-        Its name and its mass.
-    components
-        Names of its x, y and z.
-    position, velocity
-        r(q, t) and ṙ(q, v, t), each along x, y, z.
-    latex
-        LaTeX of the scene, None if absent.
-    """
-
-    name: str
-    mass: Expr
-    components: tuple[str, str, str]
-    position: tuple[Expr, Expr, Expr]
-    velocity: tuple[Expr, Expr, Expr]
-    latex: str | None = None
-
-
-@dataclass(frozen=True)
 class BodyForce:
-    """A non-conservative force of the scene.
+    """A non-conservative force of the scene, or a torque.
 
     Attributes
     ----------
@@ -212,12 +189,15 @@ class BodyForce:
         Along x, y, z; one only on a coordinate.
     generalized
         Generalized force Q on each coordinate.
+    is_torque
+        True of a torque on a body.
     """
 
     name: str
     on: str
     components: tuple[Expr, ...]
     generalized: tuple[Expr, ...]
+    is_torque: bool = False
 
 
 @dataclass(frozen=True)
@@ -385,7 +365,7 @@ class System:
     t: Symbol
     parameters: tuple[Parameter, ...]
     coordinates: tuple[Coordinate, ...]
-    particles: tuple[ParticleMotion, ...]
+    particles: tuple[ElementMotion, ...]
     cartesian_names: tuple[CartesianName, ...]
     kinetic: Expr
     potential: Expr

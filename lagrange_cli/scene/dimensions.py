@@ -164,6 +164,9 @@ class ScalingReader:
             along = LENGTH if force.on in moved else force.on
             for component in force.components:
                 works = sum_of(energy, form_of(along), -1)
+                if force.is_torque:
+                    self._is(component, energy, "a torque")
+                    continue
                 self._is(
                     component,
                     works,

@@ -267,7 +267,7 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class Force:
-    """A force on a particle, a point or a coordinate.
+    """A force on a particle, a point or a coordinate, or a torque on a body.
 
     Attributes
     ----------
@@ -276,7 +276,7 @@ class Force:
     on, on_mark
         Name of the particle, point or coordinate that it acts on, and the place of that name.
     components
-        Along x, y and z; one only if it acts on a coordinate.
+        Along x, y and z, of a torque if ``is_torque``; one only if it acts on a coordinate.
     """
 
     name: str
@@ -284,6 +284,7 @@ class Force:
     on: str
     on_mark: Mark
     components: tuple[Expression, ...]
+    is_torque: bool = False
 
 
 @dataclass(frozen=True, slots=True)

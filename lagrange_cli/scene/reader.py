@@ -23,7 +23,7 @@ from lagrange_cli.scene.conditions import ErrorExpectation
 from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import Scene
-from lagrange_cli.scene.reading import conditions, declarations, physics
+from lagrange_cli.scene.reading import conditions, declarations, frames, physics
 from lagrange_cli.scene.reading.declarations import read_prose
 from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.helpers import read_plane
@@ -70,10 +70,12 @@ SECTIONS: dict[str, _Section] = {
     "states": _Section(declarations.read_states, declares=True),
     "functions": _Section(declarations.read_functions, declares=True),
     "particles": _Section(declarations.read_particles, declares=True),
-    "points": _Section(declarations.read_points, declares=True),
+    "plane": _Section(read_plane),
+    "frames": _Section(frames.read_frames, declares=True),
+    "bodies": _Section(frames.read_bodies, declares=True),
+    "points": _Section(frames.read_points, declares=True),
     "coordinates": _Section(declarations.read_coordinates, declares=True),
     "definitions": _Section(declarations.read_definitions, declares=True),
-    "plane": _Section(read_plane),
     "constraints": _Section(physics.read_constraints),
     "potentials": _Section(physics.read_potentials),
     "kinetic": _Section(physics.read_kinetic),
@@ -248,13 +250,25 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
     values = {key: value for key, value in reading.values.items() if value is not None}
     values["constraints"], values["unilateral"] = values.get("constraints", ((), ()))
     plane = values.pop("plane", None)
+    if plane and not values.get("particles") and reading.knows_bodies:
+        reading.problems.add("'plane' without particles", plane.mark, rule="missing")
     if plane:
         for constraint in (*values["constraints"], *values["unilateral"]):
             if constraint.name == "plane":
                 reading.problems.add(
                     "'plane' is both a section and a constraint", constraint.mark, rule="clash"
                 )
-        values["constraints"] = (plane, *values["constraints"])
+        stated = (plane.constraint,) if plane.constraint else ()
+        values["constraints"] = (*stated, *values["constraints"])
+    values.pop("bodies", None)
+    frames_read = values.pop("frames", None)
+    if frames_read:
+        frames.compose(frames_read, reading)
+        for section, implied in (
+            ("definitions", frames_read.definitions),
+            ("kinetic", frames_read.kinetic),
+        ):
+            values[section] = (*values.get(section, ()), *implied)
     if "expect" in values and not reading.sizes.keys().isdisjoint(reading.overrides):
         # Expected states and events are those of the file's sizes.
         values["expect"] = replace(values["expect"], states=(), events=())

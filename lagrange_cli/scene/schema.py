@@ -137,9 +137,73 @@ _PARTICLE = _mapping(
     ["mass"],
 )
 
+_VECTOR = _list_of(_expression("A component"), "Components along the axes", 3)
+
+_STANDS_ON = _text("The frame or body that it stands on; space without it")
+
+_ABOUT = {axis: _expression(f"Angle about {axis}") for axis in ("x", "y", "z")}
+
+_TURN = _mapping(
+    "A turn about an axis", {**_ABOUT, "axis": _VECTOR, "angle": _expression("Angle about 'axis'")}
+)
+
+_PLACED: dict[str, Schema] = {
+    "on": _STANDS_ON,
+    "at": {**_VECTOR, "description": "Its origin in the axes of what it stands on"},
+    "turn": _either(
+        _expression("Angle in the plane of the scene"),
+        _TURN,
+        _list_of(_TURN, "Turns, each about an axis as those before it left it"),
+    ),
+}
+
+_MOMENTS = _either(
+    _expression("Moment of inertia in the plane of the scene"),
+    _list_of(
+        _either(_expression("A moment"), _VECTOR), "Three moments, or the rows of a matrix", 3
+    ),
+)
+
+_INERTIA = _either(
+    _MOMENTS,
+    _mapping(
+        "Moments about the centre of mass or the origin of the body",
+        {"about": {"enum": ["origin", "centre"]}, "moments": _MOMENTS},
+        ["about", "moments"],
+    ),
+    _mapping(
+        "A shape of uniform density",
+        {
+            "rod": _expression("Its length"),
+            "disk": _expression("Its radius"),
+            "sphere": _expression("Its radius"),
+            "cylinder": _list_of(_expression("A length"), "Its radius and height", 2),
+            "box": _list_of(_expression("A length"), "Its edges along x, y, z", 3),
+            "axis": {"enum": ["x", "y", "z"], "description": "Its axis in the body"},
+        },
+    ),
+)
+
+_FRAME = _mapping("A frame", _PLACED)
+
+_BODY = _mapping(
+    "A rigid body",
+    {
+        **_PLACED,
+        "mass": _expression("Its mass"),
+        "centre": {**_VECTOR, "description": "Its centre of mass in its axes"},
+        "inertia": _INERTIA,
+        "latex": _LATEX,
+    },
+    ["mass"],
+)
+
 _POINT = _either(
     _POSITION,
     _mapping("A point", {"position": _POSITION, "latex": _LATEX}, ["position"]),
+    _mapping(
+        "A point of a frame or body", {"on": _STANDS_ON, "at": _VECTOR, "latex": _LATEX}, ["on"]
+    ),
 )
 
 _COORDINATE = _mapping(
@@ -221,6 +285,8 @@ _POTENTIAL = _either(
 
 _ON = _text("A particle, a point or a coordinate")
 
+_AXES_OF = _text("Frame or body along whose axes the components are; space without it")
+
 _FORCE = _either(
     _mapping(
         "A force",
@@ -230,8 +296,21 @@ _FORCE = _either(
                 _expression("On a coordinate: the generalized force"),
                 _list_of(_expression("A component"), "On a particle or point: x, y, z", 3),
             ),
+            "axes": _AXES_OF,
         },
         ["on", "force"],
+    ),
+    _mapping(
+        "A torque on a body",
+        {
+            "on": _ON,
+            "torque": _either(
+                _expression("In the plane of the scene, in the sense of its turns"),
+                _list_of(_expression("A component"), "Its x, y, z", 3),
+            ),
+            "axes": _AXES_OF,
+        },
+        ["on", "torque"],
     ),
     _mapping(
         "A force against the velocity",
@@ -335,8 +414,13 @@ SECTIONS: dict[str, Schema] = {
     "states": _named(_STATE_OF_FIRST_ORDER, "Numbers that their rates move, as currents"),
     "functions": _named(_FUNCTION, "Functions of one argument, unknown or given, and tables"),
     "particles": _named(_PARTICLE, "Point masses"),
+    "plane": {
+        "enum": ["xy", "xz", "yz"],
+        "description": "Every particle and body stays in this plane",
+    },
+    "frames": _named(_FRAME, "Axes that stand on others and turn against them"),
+    "bodies": _named(_BODY, "Rigid bodies"),
     "points": _named(_POINT, "Positions without mass"),
-    "plane": {"enum": ["xy", "xz", "yz"], "description": "Every particle stays in this plane"},
     "coordinates": _either(
         _list_of(_text("A name"), "Generalized coordinates"),
         _named(_COORDINATE, "Generalized coordinates"),

@@ -16,8 +16,8 @@ from lagrange_cli.mechanics.system import (
     BodyForce,
     CartesianName,
     Coordinate,
+    ElementMotion,
     Parameter,
-    ParticleMotion,
 )
 from lagrange_cli.scene.conditions import SimulationDefaults
 from tests.parts import assembled, changed
@@ -156,7 +156,7 @@ def place(name, position, chosen):
 
 def particle(name, mass, names, position, chosen):
     velocity = tuple(total(p, chosen) for p in position)
-    return ParticleMotion(name, mass, names, position, velocity)
+    return ElementMotion(name, mass, names, position, velocity)
 
 
 def bead_on_parabola():

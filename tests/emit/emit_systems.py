@@ -12,9 +12,9 @@ from lagrange_cli.mechanics.findings import Account, Certificate, Facts
 from lagrange_cli.mechanics.system import (
     CartesianName,
     Coordinate,
+    ElementMotion,
     InitialState,
     Parameter,
-    ParticleMotion,
 )
 from lagrange_cli.scene.conditions import SimulationDefaults
 from tests.parts import assembled, changed
@@ -66,7 +66,7 @@ def build(
         position = tuple(map(sp.sympify, position))
         velocity = tuple(rate(r, coordinates) for r in position)
         components = tuple(f"{axis}_{particle}" for axis in "xyz")
-        motions.append(ParticleMotion(particle, mass, components, position, velocity))
+        motions.append(ElementMotion(particle, mass, components, position, velocity))
         names += [CartesianName(*row) for row in zip(components, position, velocity, strict=True)]
         kinetic += sp.Rational(1, 2) * mass * sp.Add(*(u**2 for u in velocity))
     lagrangian = kinetic - potential

@@ -38,6 +38,9 @@ SCENES = {
 }
 REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 
+#: Scenes of rigid bodies, whose steps and constraint forces are not written.
+BODIES = frozenset(name for name, p in SCENES.items() if p.parent.name == "bodies")
+
 CONTACTS = [name for name, p in SCENES.items() if p.parent.name == "contact"]
 
 #: Scenes of which each differs from the others in structure: that each key and each formulation,

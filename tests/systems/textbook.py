@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
 
 from tests.systems.recordings import linear
+from tests.systems.textbook_bodies import BODIES
 from tests.systems.textbook_celestial import CELESTIAL
 from tests.systems.textbook_chains import CHAINS
 from tests.systems.textbook_constraints import CONSTRAINED, CONSTRAINED_FORCES
@@ -425,6 +426,7 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "rolling_cylinder": _rolling_cylinder,
     "penning_trap": _penning_trap,
     "magnetic_dipole": _magnetic_dipole,
+    **BODIES,
     **CELESTIAL,
     **CHAINS,
     **CONSTRAINED,

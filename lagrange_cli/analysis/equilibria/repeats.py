@@ -104,7 +104,10 @@ class _Places:
         equations = system.equations
         still = {equations.system.t: sp.S.Zero}
         self.positions = [
-            x.xreplace(still) for particle in equations.system.particles for x in particle.position
+            x.xreplace(still)
+            for particle in equations.system.particles
+            for point in particle.material_points
+            for x in point
         ]
         symbols = set().union(*(x.free_symbols for x in self.positions))
         # Windings of a torsion spring show in no place.

@@ -1,4 +1,4 @@
-"""Conserved momenta of angles that are components of the angular momentum Σ r × p."""
+"""Conserved momenta of angles that are components of the angular momentum Σ m r × ṙ + R I ω."""
 
 from __future__ import annotations
 
@@ -19,11 +19,7 @@ def angular_momentum_axis(equations: Equations, quantity: Conserved) -> str | No
     if quantity.coordinate not in angles or not 0 < len(particles) <= _MOST_PARTICLES:
         return None
     for k, axis in enumerate("xyz"):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        turns = [
-            p.mass * (p.position[i] * p.velocity[j] - p.position[j] * p.velocity[i])
-            for p in particles
-        ]
+        turns = [p.angular_momentum[k] for p in particles]
         if vanish(quantity.expression - sp.Add(*turns)):
             return axis
     return None

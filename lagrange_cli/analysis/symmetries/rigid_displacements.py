@@ -66,10 +66,10 @@ class Displacement:
 
 def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
     """Recognize a field as a unit translation, rotation or boost along an axis, else None."""
-    moving = [p for p in equations.system.particles if p.mass != 0]
+    moving = _material_points(equations)
     if not moving:
         return None
-    places = [r for p in moving for r in p.position]
+    places = [r for point in moving for r in point]
     shifts = [
         sp.Add(
             *(
@@ -103,6 +103,11 @@ def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement
     return _unit("boost" if grows else "translation", along)
 
 
+def _material_points(equations: Equations) -> list[tuple[sp.Expr, ...]]:
+    """List positions of points fixed in all that has mass."""
+    return [point for p in equations.system.particles if p.mass != 0 for point in p.material_points]
+
+
 def translations_among(equations: Equations, fields: Array) -> Array:
     """Find the combinations of constant fields that move all particles by a unit along an axis.
 
@@ -115,12 +120,12 @@ def translations_among(equations: Equations, fields: Array) -> Array:
     -------
     Their weights, shape (m, k), of combinations of two fields or more.
     """
-    moving = [p for p in equations.system.particles if p.mass != 0]
+    moving = _material_points(equations)
     none = np.zeros((0, len(fields)))
     if len(fields) < 2 or not moving:
         return none
     slopes = [
-        derivative(r, c.q) for p in moving for r in p.position for c in equations.system.coordinates
+        derivative(r, c.q) for point in moving for r in point for c in equations.system.coordinates
     ]
     values = SampledValues(equations, _STATES, seed=4).values_at_states(slopes)
     table = values.reshape(len(moving), 3, len(equations.system.coordinates), -1)

@@ -5,7 +5,7 @@ All numbers are decimals: methods are called within :func:`.elementary.in_decima
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
@@ -13,14 +13,17 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
-from lagrange_cli.mechanics.algebra.arithmetic import plain_sum
+from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
+from lagrange_cli.mechanics.elements.body import BodyElement
+from lagrange_cli.mechanics.elements.particle import MassElement
 from lagrange_cli.mechanics.free_symbols import symbols_in
-from lagrange_cli.mechanics.numerics.autodiff import DomainError, Jet, Tape
+from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, DomainError, Jet, Tape
 from lagrange_cli.mechanics.numerics.elementary import DecimalValues
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
+from lagrange_cli.mechanics.system import BodyForce
 
 _ZERO, _ONE = Decimal(0), Decimal(1)
 _CONSTANT: Jet = (_ONE, _ZERO, _ZERO)
@@ -88,14 +91,24 @@ class Tapes:
         self.symbols = list(reduced.resolved)
         number = {s: k for k, s in enumerate(self.symbols)}
         self.components = [number[s] for body in reduced.names.particle_symbols for s in body]
-        self.positions = Tape([reduced.resolved[s] for s in self.symbols], self.still)
-        self.masses = Tape([m for m in reduced.masses for _ in range(3)], self.parameters)
+        self.elements = reduced.elements
+        places = [reduced.resolved[s] for s in self.symbols]
+        #: Numbers of the outputs of ``positions`` whose motion each element follows.
+        self.places: list[list[int]] = []
+        for element in self.elements:
+            further = [reduced.resolve(e) for e in element.places if e not in number]
+            fresh = iter(range(len(places), len(places) + len(further)))
+            self.places.append([number[e] if e in number else next(fresh) for e in element.places])
+            places += further
+        self.positions = Tape(places, self.still)
+        self.constants = Tape([c for e in self.elements for c in e.constants], self.parameters)
         self.terms = raw_terms(reduced)
         self.raw = [*self.symbols, *(q for q in self.q if q not in number)]
         self.potential = Tape(
             [plain_sum(self.terms.positional)], [*self.raw, self.t, *self.parameters]
         )
-        self.extra = Tape([derivation.extra], self.moving)
+        extra = sp.Add(derivation.extra, *map(negative, self.terms.turning))
+        self.extra = Tape([extra], self.moving)
         self.dissipation = Tape([derivation.dissipation], self.moving)
         self.forces = derivation.forces
         self.dissipates = derivation.dissipation != 0
@@ -106,11 +119,16 @@ class Tapes:
         }
         rows = {c.name: [-1 - j] for j, c in enumerate(reduced.coordinates)}
         self.targets = [(bodies if len(f.components) == 3 else rows)[f.on] for f in self.forces]
+        self.turned = {
+            e.name: (e, places)
+            for e, places in zip(self.elements, self.places, strict=True)
+            if isinstance(e, BodyElement)
+        }
 
     def _declared_tapes(self, derivation: Uncertified) -> None:
         """Tapes of values that the scene declares or geometry implies, and of those reported."""
         self.declared = Tape(
-            [sp.Add(*self.terms.kinetic), sp.Add(*self.terms.velocity_dependent)], self.moving
+            [sp.Add(*self.terms.declared), sp.Add(*self.terms.velocity_dependent)], self.moving
         )
         number = {s: k for k, s in enumerate(self.symbols)}
         moved = [(s, v) for s, v in derivation.velocity.items() if s in number]
@@ -156,15 +174,27 @@ class Tapes:
             self.force_values.run_in_decimals([series[s] for s in self.moving], 0).values
         )
         run = self.positions.run_in_decimals([series[s] for s in self.still], 0)
-        for target in (target for targets in self.targets for target in targets):
-            value = next(pending)
-            if target < 0:
-                parts = [value if j == -1 - target else _ZERO for j in range(self.n)]
-            else:
-                parts = run.gradient({target: value})[1 : 1 + self.n]
-            totals = [f + x for f, x in zip(totals, parts, strict=True)]
-            sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
+        for force, targets in zip(self.forces, self.targets, strict=True):
+            values = [next(pending) for _ in force.components]
+            for parts in self._works(force, targets, values, run):
+                totals = [f + x for f, x in zip(totals, parts, strict=True)]
+                sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
         return list(zip(totals, sizes, strict=True))
+
+    def _works(
+        self, force: BodyForce, targets: Sequence[int], values: Sequence[Decimal], run: DecimalRun
+    ) -> Iterator[list[Decimal]]:
+        """Yield the generalized forces of each component of a force; of a torque as a whole."""
+        if force.is_torque:
+            body, places = self.turned[force.on]
+            seeds = body.work_of_torque(values, [run.values[k] for k in places])
+            yield run.gradient(dict(zip(places[3:], seeds, strict=True)))[1 : 1 + self.n]
+            return
+        for target, value in zip(targets, values, strict=True):
+            if target < 0:
+                yield [value if j == -1 - target else _ZERO for j in range(self.n)]
+            else:
+                yield run.gradient({target: value})[1 : 1 + self.n]
 
     def generalized_forces(self, series: Mapping[sp.Symbol, Jet]) -> list[Decimal]:
         """Q of forces and dissipation."""
@@ -181,13 +211,15 @@ class Tapes:
     ) -> list[tuple[Decimal, Decimal]]:
         """Σ (m r̈ − F)·∂r/∂q for each coordinate, with the size of its parts.
 
-        T_extra − U enters by its Euler–Lagrange expression.
+        Bodies turn by Euler's law. T_extra − U enters by its Euler–Lagrange expression.
         """
         run = self.positions.run_in_decimals([series[s] for s in self.still], 2)
         outputs = run.outputs
         seeds: dict[int, Decimal] = {}
-        for mass, k in zip(self.mass_values(series), self.components, strict=True):
-            seeds[k] = seeds.get(k, _ZERO) + mass * outputs[k][2]
+        for element, places, constants in self._elements_at(series):
+            forces_of_inertia = element.inertial_forces([outputs[k] for k in places], constants)
+            for k, force in zip(places, forces_of_inertia, strict=True):
+                seeds[k] = seeds.get(k, _ZERO) + force
         slopes = self.potential_slopes(series, outputs)
         direct = [_ZERO] * self.n
         for k, (s, slope) in enumerate(slopes.items()):
@@ -213,13 +245,22 @@ class Tapes:
         gradient = tape.run_in_decimals([series[s] for s in self.moving], 1).moving_gradient()
         return [gradient[1 + self.n + j][1] - gradient[1 + j][0] for j in range(self.n)]
 
+    def _elements_at(
+        self, series: Mapping[sp.Symbol, Jet]
+    ) -> Iterator[tuple[MassElement, list[int], list[Decimal]]]:
+        """Yield each element with the numbers of its places, and the values of its constants."""
+        parameters = [series[s] for s in self.parameters]
+        values = iter(self.constants.run_in_decimals(parameters, 0).values)
+        for element, places in zip(self.elements, self.places, strict=True):
+            yield element, places, [next(values) for _ in element.constants]
+
     def mass_values(self, series: Mapping[sp.Symbol, Jet]) -> list[Decimal]:
         """Mass of each entry of ``components``."""
-        return self.masses.run_in_decimals([series[s] for s in self.parameters], 0).values
+        return [m for _, _, (m, *_) in self._elements_at(series) for _ in range(3)]
 
     def raw_inputs(self, series: Mapping[sp.Symbol, Jet], outputs: Sequence[Jet]) -> list[Jet]:
         """``raw``, t and parameters, where Cartesian names have the values ``outputs``."""
-        place = dict(zip(self.symbols, outputs, strict=True))
+        place = dict(zip(self.symbols, outputs, strict=False))
         raw = [place.get(s, series.get(s, _CONSTANT)) for s in self.raw]
         return [*raw, series[self.t], *(series[p] for p in self.parameters)]
 
@@ -232,14 +273,15 @@ class Tapes:
         series = seen.series
         moving = [series[s] for s in self.moving]
         outputs = self.positions.run_in_decimals([series[s] for s in self.still], 1).outputs
-        squares = [
-            mass * outputs[k][1] ** 2 / 2
-            for mass, k in zip(self.mass_values(series), self.components, strict=True)
+        energies = [
+            term
+            for element, places, constants in self._elements_at(series)
+            for term in element.kinetic_terms([outputs[k] for k in places], constants)
         ]
         kinetic, velocity_dependent = self.declared.run_in_decimals(moving, 0).values
         positional = self.potential.run_in_decimals(self.raw_inputs(series, outputs), 0).values[0]
         pairs = [
-            (seen.values[1], sum(squares, kinetic)),
+            (seen.values[1], sum(energies, kinetic)),
             (seen.values[2], positional + velocity_dependent),
         ]
         reported = self.reported.run_in_decimals(moving, 0).values

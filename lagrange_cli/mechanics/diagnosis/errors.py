@@ -21,6 +21,7 @@ from lagrange_cli.mechanics.symbols.quoting import (
     undeclared_names,
     written,
 )
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
@@ -41,6 +42,22 @@ def require_size(scene: Scene) -> None:
             message = f"{len(parts):,} {what}: systems of up to {LARGEST_SYSTEM:,} are derived"
             hint = "the equations of a family are those of fewer members: set its size by -p"
             raise InputError(Problem(message, mark, hint, rule="limit"))
+
+
+def require_particles_alone(scene: Scene, *, forces: bool, steps: bool) -> None:
+    """Refuse what is not derived of rigid bodies, before anything is done with the scene."""
+    bodies = bodies_of(scene)
+    if not bodies or not (forces or steps):
+        return
+    what = "the steps of a derivation" if steps else "constraint forces"
+    raise InputError(
+        Problem(
+            f"{what} are written for particles alone, and '{bodies[0].name}' is a rigid body",
+            bodies[0].mark,
+            hint="the equations of motion, their certificate and motions are had of bodies too",
+            rule="unsupported",
+        )
+    )
 
 
 def nesting_error(scene: Scene) -> InputError:

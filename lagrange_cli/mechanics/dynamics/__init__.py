@@ -8,6 +8,7 @@ first.
 
 __all__ = [
     "accelerations",
+    "element_motions",
     "idle_potentials",
     "jumps",
     "lagrange",

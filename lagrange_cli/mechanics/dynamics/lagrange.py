@@ -43,10 +43,12 @@ from lagrange_cli.mechanics.dynamics.potential_forces import (
     raw_terms,
 )
 from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.symbols.written_sums import written_sums
 from lagrange_cli.mechanics.system import BodyForce, Closure, Contact
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.model import Force
 
 _Entry = TypeVar("_Entry")
@@ -161,6 +163,7 @@ class _Builder:
         )
         self.brackets = [sp.Add(*terms) for terms in self.sums]
         self.rate_sums = rate_sums(self.brackets, dict(zip(self.q, self.v, strict=True)), self.t)
+        self.brackets += _spins_in_brackets(reduced)
         self.mass: dict[tuple[int, int], TermSum] = {}
         self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
         self.terms = raw_terms(reduced)
@@ -324,7 +327,10 @@ class _Builder:
         reduced = self.reduced
         components = tuple(reduced.resolve(reduced.convert(c)) for c in force.components)
         sums = [TermSum(self.splitter) for _ in range(self.n)]
-        for symbol, component in zip(self._targets(force), components, strict=True):
+        if force.is_torque:
+            self._add_turning_work(force, components, sums)
+        pushed = () if force.is_torque else zip(self._targets(force), components, strict=True)
+        for symbol, component in pushed:
             if symbol in self.number:
                 sums[self.number[symbol]].add_all(self._terms(component))
             else:
@@ -332,7 +338,22 @@ class _Builder:
         generalized = tuple(factored(s.collected()) for s in sums)
         for into, expr in zip(self.forcing, generalized, strict=True):
             into.add_all(self._terms(expr))
-        return BodyForce(force.name, force.on, components, generalized)
+        return BodyForce(force.name, force.on, components, generalized, force.is_torque)
+
+    def _add_turning_work(
+        self, force: Force, components: Sequence[sp.Expr], into: Sequence[TermSum]
+    ) -> None:
+        """Add the virtual work of a torque on a body, τ·∂ω/∂q̇."""
+        reduced = self.reduced
+        body = next(b for b in bodies_of(reduced.scene) if b.name == force.on)
+        for spin, component in zip(body.spin_in_space, components, strict=True):
+            omega = reduced.resolve(reduced.convert(spin))
+            parts = self._terms(component)
+            for j, v in enumerate(self.v):
+                if component != 0 and v in symbols_in(omega):
+                    for a in self._terms(derivative(omega, v)):
+                        for p in parts:
+                            into[j].add_product(p, a)
 
     def _targets(self, force: Force) -> Sequence[sp.Symbol]:
         names = self.reduced.names
@@ -367,6 +388,23 @@ class _Builder:
             return ()
         expanded = expand_terms(expr, self._budget)
         return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
+
+
+def _spins_in_brackets(reduced: Reduced) -> list[sp.Expr]:
+    """Return components of ω that stay in brackets: ½ I3 (ψ̇ + φ̇ cos θ)².
+
+    About an axis of symmetry; the squares of two others with one moment add up to less.
+    """
+    brackets = []
+    for body in bodies_of(reduced.scene):
+        moments = [reduced.names.convert(body.inertia[k][k]) for k in range(3)]
+        spins = [reduced.resolve(reduced.convert(spin)) for spin in body.spin]
+        brackets += [
+            spin
+            for spin, moment in zip(spins, moments, strict=True)
+            if spin.is_Add and moment != 0 and moments.count(moment) == 1
+        ]
+    return brackets
 
 
 def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:

@@ -15,6 +15,7 @@ from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import Element
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.scene.bodies import bodies_of, rotation_term
 
 
 @dataclass(frozen=True)
@@ -28,12 +29,16 @@ class RawTerms:
     velocity_dependent
         All other potentials, over q, v, t.
     kinetic
-        Terms of the section ``kinetic``, over q, v, t.
+        Terms of the section ``kinetic``, and energies of the turning of bodies, over q, v, t.
+    declared, turning
+        Those of the section, and those of bodies.
     """
 
     elements: tuple[Element, ...]
     velocity_dependent: tuple[sp.Expr, ...]
     kinetic: tuple[sp.Expr, ...]
+    declared: tuple[sp.Expr, ...]
+    turning: tuple[sp.Expr, ...]
 
     @cached_property
     def positional(self) -> tuple[sp.Expr, ...]:
@@ -52,8 +57,12 @@ def raw_terms(reduced: Reduced) -> RawTerms:
             positional.append(element)
         else:
             dependent.append(reduced.resolve(element.expr))
-    kinetic = [reduced.resolve(reduced.convert(k.expression)) for k in scene.kinetic]
-    return RawTerms(tuple(positional), tuple(dependent), tuple(kinetic))
+    kinetic = {k.name: reduced.resolve(reduced.convert(k.expression)) for k in scene.kinetic}
+    of_bodies = {rotation_term(body.name) for body in bodies_of(scene)}
+    declared = tuple(term for name, term in kinetic.items() if name not in of_bodies)
+    turning = tuple(term for name, term in kinetic.items() if name in of_bodies)
+    whole = tuple(kinetic.values())
+    return RawTerms(tuple(positional), tuple(dependent), whole, declared, turning)
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.language.expression import Equation
 
 
@@ -45,7 +46,7 @@ def balanced_account(
     closure_numbers: Sequence[int],
     holding: IdentityFinder,
 ) -> tuple[Account, list[Problem]]:
-    """DOF = 3N + E − K with the status of each constraint; warnings for redundant ones.
+    """DOF = 3N + 6B + E − K with the status of each constraint; warnings for redundant ones.
 
     Parameters
     ----------
@@ -254,10 +255,12 @@ def _account(
     extra: int,
 ) -> Account:
     elimination = geometry.elimination
-    counted = {*geometry.positions} | _further(geometry.names) | _placing(geometry)
+    counted = {*geometry.positions} | _further(geometry) | _placing(geometry)
     dof = len(geometry.coordinates) - len(closure_numbers)
-    cartesian = len(geometry.positions)
-    constraints = cartesian + extra - dof
+    bodies = bodies_of(geometry.names.scene)
+    cartesian = len(geometry.positions) - 3 * len(bodies)
+    of_bodies = sum(3 if body.planar else 6 for body in bodies)
+    constraints = cartesian + of_bodies + extra - dof
     # Equations that fix names of massless points restrict no particle.
     for_points = sum(
         s not in counted and number not in dependent for s, number in elimination.by.items()
@@ -271,6 +274,8 @@ def _account(
         implied=max(0, constraints - independent),
         lines=tuple(_lines(geometry, satisfied, dependent)),
         chosen_automatically=geometry.names.scene.coordinates is None,
+        bodies=len(bodies),
+        of_bodies=of_bodies,
     )
 
 
@@ -283,9 +288,9 @@ def _require_independent(
     that has kinetic energy of its own.
     """
     pending = geometry.elimination.pending
-    r = _places(geometry)
+    r = geometry.places
     closures = [pending[k][0] - pending[k][1] for k in closure_numbers]
-    moving = _moving(geometry, closures)
+    moving = geometry.moving(closures)
     r += closures
     r += _spinning(geometry, moving)
     null = _unmoved(r, moving, points)
@@ -302,46 +307,33 @@ def _require_independent(
 
 
 def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
-    """E: the number of independent changes of the coordinates that move no particle."""
-    moving = _moving(geometry, ())
-    solved = _further(geometry.names) - {*geometry.coordinates}
+    """E: the number of independent changes of the coordinates that move no particle or body."""
+    moving = geometry.moving()
+    solved = _further(geometry) - {*geometry.coordinates}
     outside = len(geometry.coordinates) - len(moving) + len(solved)
     if not _spinning(geometry, moving):
         return outside
-    null = _unmoved(_places(geometry), moving, points)
+    null = _unmoved(geometry.places, moving, points)
     return outside + (0 if null is None else len(null))
 
 
-def _further(names: Names) -> set[sp.Symbol]:
-    """Dependent names in no position."""
-    return {*names.dependent}.difference(*map(symbols_in, names.given.values()))
+def _further(geometry: Geometry) -> set[sp.Symbol]:
+    """Dependent names in no position, and in no turn of a body."""
+    names = geometry.names
+    turning = map(symbols_in, geometry.raw_rotations)
+    return {*names.dependent}.difference(*map(symbols_in, names.given.values()), *turning)
 
 
 def _placing(geometry: Geometry) -> set[sp.Symbol]:
-    """Dependent names in positions of particles."""
-    definitions, seen = geometry.names.given, set[sp.Symbol]()
+    """Dependent names in positions of particles, and in turns of bodies."""
+    definitions = geometry.names.given
+    seen = set[sp.Symbol]().union(*map(symbols_in, geometry.raw_rotations))
     pending = [s for s in geometry.positions if s in definitions]
     while pending:
         fresh = symbols_in(definitions[pending.pop()]) - seen
         seen |= fresh
         pending += [s for s in fresh if s in definitions]
     return seen.intersection(geometry.names.dependent)
-
-
-def _places(geometry: Geometry) -> list[sp.Expr]:
-    """Distinct components of particles that move."""
-    return [
-        geometry.resolved[s]
-        for s in dict.fromkeys(geometry.positions)
-        if geometry.position_symbols[s]
-    ]
-
-
-def _moving(geometry: Geometry, expressions: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """Coordinates that occur in positions of particles, or in expressions ``expressions`` them."""
-    inside = set().union(*(geometry.position_symbols[s] for s in geometry.positions))
-    inside.update(s for e in expressions for s in e.free_symbols)
-    return [q for q in geometry.coordinates if q in inside]
 
 
 def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.Symbol]:

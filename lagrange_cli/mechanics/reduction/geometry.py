@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, SymbolValues
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import must_stay
+from lagrange_cli.scene.bodies import Body, bodies_of
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Unilateral
 
@@ -58,6 +59,33 @@ class Geometry:
     def positions(self) -> list[sp.Symbol]:
         """Raw symbols of the particles' components, 3N of them."""
         return [s for body in self.names.particle_symbols for s in body]
+
+    @cached_property
+    def raw_rotations(self) -> tuple[sp.Expr, ...]:
+        """Entries of the rotation matrices of bodies over raw symbols."""
+        return tuple(e for b in bodies_of(self.names.scene) for e in rotation_of(self.names, b))
+
+    @cached_property
+    def rotations(self) -> tuple[sp.Expr, ...]:
+        """Distinct entries of the rotation matrices of bodies that move."""
+        placed = dict.fromkeys(map(self._placed, self.raw_rotations))
+        return tuple(e for e in placed if not symbols_in(e).isdisjoint(self._free))
+
+    @cached_property
+    def _free(self) -> frozenset[sp.Symbol]:
+        return frozenset(self.coordinates)
+
+    @property
+    def places(self) -> list[sp.Expr]:
+        """Distinct components of particles that move, and entries of rotation matrices."""
+        components = (s for s in dict.fromkeys(self.positions) if self.position_symbols[s])
+        return [*(self.resolved[s] for s in components), *self.rotations]
+
+    def moving(self, expressions: Sequence[sp.Expr] = ()) -> list[sp.Symbol]:
+        """Coordinates that move particles and bodies, or occur in some expressions."""
+        inside = set().union(*(self.position_symbols[s] for s in self.positions))
+        inside.update(s for e in (*self.rotations, *expressions) for s in e.free_symbols)
+        return [q for q in self.coordinates if q in inside]
 
     @cached_property
     def order(self) -> Mapping[sp.Symbol, int]:
@@ -183,6 +211,11 @@ class Leftover:
     reduced: sp.Expr
     identity: bool
     constant: bool
+
+
+def rotation_of(names: Names, body: Body) -> tuple[sp.Expr, ...]:
+    """Return the entries of a body's R by rows, over raw symbols."""
+    return tuple(names.convert(entry) for entry in body.rotation)
 
 
 def gap_over_names(names: Names, one_sided: Unilateral) -> sp.Expr:

@@ -68,7 +68,12 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
     integrate_constraints,
 )
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.symbols.values import ParameterValues, evaluated, particle_mass
+from lagrange_cli.mechanics.symbols.values import (
+    ParameterValues,
+    evaluated,
+    particle_mass,
+    require_possible_inertia,
+)
 from lagrange_cli.mechanics.system import tagged
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.declared_numbers import DeclaredParameter
@@ -170,6 +175,7 @@ class _Basis:
 def _basis(scene: Scene) -> _Basis:
     names, values = Names(scene), ParameterValues(scene)
     masses = tuple(particle_mass(names, values, p) for p in scene.particles)
+    require_possible_inertia(scene, values)
     return _Basis(scene, names, values, masses, _reference(names, values, scene))
 
 

@@ -14,6 +14,8 @@ from mpmath import mpf
 from lagrange_cli.errors import Problem
 from lagrange_cli.mechanics.algebra.shorten import drawn_from_roots
 from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Step, Substitution
+from lagrange_cli.mechanics.elements.body import BodyElement
+from lagrange_cli.mechanics.elements.particle import MassElement, ParticleElement
 from lagrange_cli.mechanics.findings import Account
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
@@ -27,11 +29,12 @@ from lagrange_cli.mechanics.reduction.coordinates import (
     sampler_of,
     scales,
 )
-from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
+from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry, rotation_of
 from lagrange_cli.mechanics.symbols.convert import Rate, total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.mechanics.system import Coordinate, State
+from lagrange_cli.scene.bodies import Body
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
@@ -116,6 +119,11 @@ class Reduced:
     # Several steps need these values, computed once.
 
     @cached_property
+    def elements(self) -> tuple[MassElement, ...]:
+        """The elements that carry mass, in the order of the scene."""
+        return _elements(self.names, self.masses)
+
+    @cached_property
     def _positive(self) -> list[sp.Symbol]:
         return [c.q for c in self.coordinates if c.is_positive]
 
@@ -185,6 +193,24 @@ class Reduced:
     @cached_property
     def _manifold(self) -> Manifold:
         return manifold_of(self.chart, self.closures)
+
+
+def _elements(names: Names, masses: Sequence[sp.Expr]) -> tuple[MassElement, ...]:
+    """Return the elements of a scene, one for each particle and body, with these masses."""
+    return tuple(
+        BodyElement(
+            p.name,
+            centre,
+            mass,
+            rotation_of(names, p),
+            tuple(names.convert(moment) for row in p.inertia for moment in row),
+        )
+        if isinstance(p, Body)
+        else ParticleElement(p.name, centre, mass)
+        for p, centre, mass in zip(
+            names.scene.particles, names.particle_symbols, masses, strict=True
+        )
+    )
 
 
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:

@@ -70,10 +70,7 @@ def rewritten(system: System, put: _Put) -> System:
 
     return replace(
         system,
-        particles=tuple(
-            replace(p, mass=put(p.mass), position=each(p.position), velocity=each(p.velocity))
-            for p in system.particles
-        ),
+        particles=tuple(p.rewritten(put) for p in system.particles),
         cartesian_names=tuple(
             replace(c, position=put(c.position), velocity=put(c.velocity))
             for c in system.cartesian_names

@@ -20,6 +20,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Shapes
 from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
+from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.checks.external import rated_inputs
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import (
@@ -254,8 +255,11 @@ class Names:
                 continue
             definition = self._definitions.get(node.name) or self._position_entries.get(node.name)
             if definition is not None and node.name not in self._lengths:
-                self._lengths[node.name] = 0  # of a circle, which is refused elsewhere
-                self._lengths[node.name] = self._length(definition)
+                # Zero of a circle, which is refused elsewhere, and of what frames imply, whose
+                # parts are shared.
+                self._lengths[node.name] = 0
+                if not isinstance(definition, ComposedExpression):
+                    self._lengths[node.name] = self._length(definition)
             total += self._lengths.get(node.name, 0)
         return total
 
@@ -306,9 +310,14 @@ class Names:
         return name in self._definitions and name not in visited and not moving
 
     def abbreviations(self) -> Iterator[tuple[str, Expression]]:
-        """Yield definitions of names that are not Cartesian, over coordinates that remain."""
+        """Yield definitions of names that are not Cartesian, over coordinates that remain.
+
+        Those that frames imply are not among them.
+        """
         for name, expression in self._definitions.items():
-            if name not in self.cartesian and self._gone.isdisjoint(self.mentioned(expression)):
+            if name in self.cartesian or isinstance(expression, ComposedExpression):
+                continue
+            if self._gone.isdisjoint(self.mentioned(expression)):
                 yield name, expression
 
 

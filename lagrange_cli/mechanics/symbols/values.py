@@ -8,12 +8,14 @@ from fractions import Fraction
 from functools import lru_cache
 
 import mpmath
+import numpy as np
 import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.symbols.convert import to_sympy
 from lagrange_cli.mechanics.symbols.names import Names
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.language.bounds import require_bounded
 from lagrange_cli.scene.language.expression import Expression, names_in
 from lagrange_cli.scene.language.templates import shape_of
@@ -28,6 +30,9 @@ _GUARD = 10
 
 #: Most factors whose values are kept: elements of a family share factors.
 _KEPT = 2**12
+
+#: Relative to the largest moment, the sum of two that counts as equal to it: that of a flat body.
+_ROUNDING = 1e-9
 
 #: Least magnitude of a scene's constants.
 _LEAST = mpf(10) ** -MAX_EXPONENT
@@ -230,3 +235,43 @@ def particle_mass(names: Names, values: ParameterValues, particle: Particle) -> 
             )
         )
     return mass
+
+
+def require_possible_inertia(scene: Scene, values: ParameterValues) -> None:
+    """Refuse inertia that no body has, where its numbers are known.
+
+    Principal moments are integrals of sums of two squares: none is negative, and none is larger
+    than the two others together.
+
+    Raises
+    ------
+    InputError
+        Located at the inertia.
+    """
+    for body in bodies_of(scene):
+        moments = [values.number(moment) for row in body.inertia for moment in row]
+        numbers = [float(sp.N(moment)) for moment in moments if moment is not None]
+        if len(numbers) < len(moments):
+            continue
+        principal = sorted(np.linalg.eigvalsh(np.reshape(numbers, (3, 3))))
+        smallest, middle, largest = (float(x) for x in principal)
+        least = -_ROUNDING * max(abs(smallest), abs(largest))
+        if smallest < least:
+            fault = f"a principal moment of inertia of '{body.name}' is {smallest:.6g}"
+        elif not body.planar and smallest + middle - largest < least:
+            fault = (
+                f"no body has the principal moments of inertia {smallest:.6g}, {middle:.6g},"
+                f" {largest:.6g} of '{body.name}': the largest exceeds the sum of the others"
+            )
+        else:
+            continue
+        hint = "moments are about the centre of mass"
+        raise InputError(
+            Problem(
+                fault,
+                body.inertia_mark,
+                hint=f"{hint}; those about the origin of the body are written"
+                " {about: origin, moments: [...]}",
+                rule="inertia",
+            )
+        )

@@ -8,6 +8,7 @@ from dataclasses import replace
 import sympy as sp
 
 from lagrange_cli.errors import InputError
+from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.language.expression import Add, Call, Expression, Mul, Neg, Node, Pow
 
 #: Sums that are looked at: more than a person writes one by one. Further ones, of indexed families,
@@ -59,8 +60,12 @@ def written_sums(
 def _brackets(
     expressions: Iterable[Expression], abbreviated: Iterable[Expression]
 ) -> Iterator[tuple[Expression, Add]]:
-    """Walk the outermost sums within other operations, and the sums within their terms."""
-    whole = [(e, False) for e in expressions] + [(e, True) for e in abbreviated]
+    """Walk the outermost sums within other operations, and the sums within their terms.
+
+    Nobody wrote those of expressions that frames imply.
+    """
+    written = [(e, False) for e in expressions if not isinstance(e, ComposedExpression)]
+    whole = written + [(e, True) for e in abbreviated]
     for expression, is_inside in whole:
         pending = [(expression.node, is_inside)]
         while pending:

@@ -26,11 +26,12 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.depiction import Depiction, PlacedPoint
+    from lagrange_cli.mechanics.elements.motion import ElementMotion
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import BodyForce, Closure, ParticleMotion
+    from lagrange_cli.mechanics.system import BodyForce, Closure
 
     Array: TypeAlias = NDArray[np.float64]
-    _Bodies: TypeAlias = tuple[ParticleMotion | PlacedPoint, ...]
+    _Bodies: TypeAlias = tuple[ElementMotion | PlacedPoint, ...]
 
 #: Configurations near the start.
 _NEARBY = 9
@@ -120,7 +121,7 @@ class Places:
             hint = "a picture shows the start: give another one in 'initial'"
             raise _refusal(message, hint) from None
 
-    def _has_place(self, body: ParticleMotion | PlacedPoint, q: Array, t: float) -> bool:
+    def _has_place(self, body: ElementMotion | PlacedPoint, q: Array, t: float) -> bool:
         try:
             Function(body.position, self._inputs)(self._numbers(q, t, {}))
         except DomainError:
@@ -224,7 +225,7 @@ class Configurations:
         known |= {x.symbol: 1.0 for x in system.external}
         for force in system.forces:
             symbols = sorted(set().union(*(e.free_symbols for e in force.components)), key=str)
-            if len(force.components) == 3 and known.keys() >= {*symbols}:
+            if len(force.components) == 3 and not force.is_torque and known.keys() >= {*symbols}:
                 try:
                     yield force, Function(force.components, symbols)([known[s] for s in symbols])
                 except DomainError:

@@ -49,22 +49,33 @@ TIME = Inline(symbol("t"))
 def counting(equations: Equations) -> list[Written]:
     """Say what is counted: ``3N = 6``, ``1 further coordinate``, ``K = 4``, ``DOF = 3``.
 
-    In words alone where the scene gives one of the letters another meaning; coordinates alone
-    where there are neither particles nor constraints. Formulas are labels.
+    Bodies count ``6B``, or ``3B`` in a plane. In words alone where the scene gives one of the
+    letters another meaning; coordinates alone where there are neither particles nor constraints.
+    Formulas are labels.
     """
     account = equations.derivation.account
-    cartesian: Written = Chain((f"3N = {account.cartesian}",))
+    counted: list[Written] = [Chain((text,)) for text in account.counted]
     constraints: Written = Chain((f"K = {account.constraints}",))
     dof: Written = upright(say("DOF")) + f" = {account.dof}"
-    if _COUNTED & names_shown(equations):
+    if (_COUNTED | ({"B"} if account.bodies else set())) & names_shown(equations):
         one, many = "{count} Cartesian coordinate", "{count} Cartesian coordinates"
-        cartesian = say.counted(account.cartesian, one, many)
+        counted = [say.counted(account.cartesian, one, many)]
+        if account.bodies:
+            one, many = "{count} coordinate of bodies", "{count} coordinates of bodies"
+            of_bodies = say.counted(account.of_bodies, one, many)
+            counted = [*(counted if account.cartesian else ()), of_bodies]
         one, many = "{count} independent constraint", "{count} independent constraints"
         constraints = say.counted(account.constraints, one, many)
         one, many = "{count} degree of freedom", "{count} degrees of freedom"
         dof = say.counted(account.dof, one, many)
     elif account.extra and not any(
-        (account.cartesian, account.constraints, account.nonholonomic, account.unilateral)
+        (
+            account.cartesian,
+            account.bodies,
+            account.constraints,
+            account.nonholonomic,
+            account.unilateral,
+        )
     ):
         free = say.counted(account.dof, "{count} coordinate", "{count} coordinates")
         return [upright(say("DOF")) + " = " + upright(free), say("no particles")]
@@ -75,7 +86,7 @@ def counting(equations: Equations) -> list[Written]:
     one, many = "{count} one-sided constraint", "{count} one-sided constraints"
     unilateral = say.counted(account.unilateral, one, many)
     return [
-        cartesian,
+        *counted,
         *([further] if account.extra else ()),
         constraints,
         dof,

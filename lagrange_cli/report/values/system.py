@@ -65,6 +65,14 @@ SYSTEM: JsonObject[Equations] = JsonObject(
     *through(
         lambda equations: equations.derivation.account,
         Key("cartesian", INTEGER, "Number of Cartesian coordinates of the particles."),
+        *optional(
+            Key(
+                "of_bodies",
+                INTEGER,
+                "Number of coordinates of rigid bodies: 6 each, 3 each in a plane.",
+                lambda account: account.of_bodies or None,
+            )
+        ),
         Key("extra", INTEGER, "Number of coordinates beside them."),
         Key("constraints", INTEGER, "Number of independent constraints."),
         Key("dof", INTEGER, "Number of degrees of freedom."),

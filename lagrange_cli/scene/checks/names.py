@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.checks.dependencies import (
     NONSMOOTH,
     ExpressionTraits,
@@ -15,6 +16,7 @@ from lagrange_cli.scene.checks.dependencies import (
 )
 from lagrange_cli.scene.checks.external import check_inputs, check_states
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
+from lagrange_cli.scene.checks.targets import check_target
 from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import (
@@ -26,7 +28,7 @@ from lagrange_cli.scene.language.expression import (
     walk,
 )
 from lagrange_cli.scene.language.problems import Problems, rate_hint, shown, suggestion
-from lagrange_cli.scene.model import DeclaredFunction, Force, Scene
+from lagrange_cli.scene.model import DeclaredFunction, Scene
 
 _CONSTANT = ExpressionTraits(constant=True)
 #: Events of a one-sided constraint, as ``expect`` calls them.
@@ -68,11 +70,13 @@ def check_names(
     for expression, what in parts:
         _check_known(Use(expression, what, Restrictions()), table, reported, problems)
     for use in all_uses:
-        _check_known(use, table, reported, problems)
+        # What frames imply holds what is written in them, which is among the parts.
+        if not isinstance(use.expression, ComposedExpression):
+            _check_known(use, table, reported, problems)
     _check_functions(scene, table, problems)
     _check_values(scene, table, problems)
     for force in scene.forces:
-        _check_target(force, scene, table, problems)
+        check_target(force, scene, table, problems)
     _check_expected(scene, table, problems)
     meanings = _meanings(scene, table)
     order, circles = dependency_order(meanings)
@@ -221,30 +225,6 @@ def _check_value(value: InitialValue, what: str, table: NameTable, problems: Pro
             hint=rate_hint(value.name, positions)
             or suggestion(value.name, positions, "expected NAME or dot(NAME)"),
             rule="unknown-name",
-        )
-
-
-def _check_target(force: Force, scene: Scene, table: NameTable, problems: Problems) -> None:
-    """Check that a force acts on a known name and has as many components as that needs."""
-    coordinates = table.cartesian if scene.coordinates is None else table.coordinates
-    what = f"force '{force.name}'"
-    is_body, is_coordinate = force.on in table.bodies, force.on in coordinates
-    if is_body and is_coordinate:
-        problems.add(
-            f"'{force.on}' in {what} is both a body and a coordinate", force.on_mark, rule="clash"
-        )
-    elif not is_body and not is_coordinate:
-        problems.add(
-            f"unknown particle, point or coordinate {shown(force.on)} in {what}",
-            force.on_mark,
-            hint=suggestion(force.on, [*table.bodies, *coordinates]),
-            rule="unknown-name",
-        )
-    elif len(force.components) != (3 if is_body else 1):
-        wanted = "a list of three components" if is_body else "one expression"
-        kind = "particle or point" if is_body else "coordinate"
-        problems.add(
-            f"expected {wanted} for {what} on a {kind}", force.components[0].mark(), rule="shape"
         )
 
 

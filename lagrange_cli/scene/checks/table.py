@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
 from lagrange_cli.scene.language.problems import Problems
 from lagrange_cli.scene.model import Constraint, Particle, Point, Scene, Unilateral
@@ -139,6 +140,7 @@ def dependent_names(scene: Scene) -> dict[str, Mark]:
     terms = (*scene.kinetic, *scene.potentials, *scene.dissipation)
     expressions = [
         *(entry for body in bodies for entry in body.position),
+        *(entry for body in bodies_of(scene) for entry in body.placing),
         *(term.expression for term in terms),
         *(component for force in scene.forces for component in force.components),
     ]

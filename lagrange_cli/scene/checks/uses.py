@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from lagrange_cli.scene.bodies import Body
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Particle, Point, Scene
@@ -97,9 +98,12 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
     for state in scene.states:
         yield Use(state.rate, f"the rate of state '{state.name}'", _RATE)
     for particle in scene.particles:
-        what = f"the mass of particle '{particle.name}'"
+        word = "body" if isinstance(particle, Body) else "particle"
+        what = f"the mass of {word} '{particle.name}'"
         yield Use(particle.mass, what, Restrictions(names="constants"))
-        yield from _positions(particle, "particle")
+        yield from _positions(particle, word)
+        if isinstance(particle, Body):
+            yield from _turning(particle)
     for point in scene.points:
         yield from _positions(point, "point")
     names = frozenset(cartesian)
@@ -114,6 +118,15 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
 def _positions(body: Particle | Point, word: str) -> Iterator[Use]:
     for axis, entry in zip(AXES, body.position, strict=True):
         yield Use(entry, f"the {axis} position of {word} '{body.name}'", _POSITION)
+
+
+def _turning(body: Body) -> Iterator[Use]:
+    for entry in body.rotation:
+        yield Use(entry, f"the turns of body '{body.name}'", _POSITION)
+    for row in body.inertia:
+        for moment in row:
+            what = f"the inertia of body '{body.name}'"
+            yield Use(moment, what, Restrictions(names="constants"))
 
 
 def _mechanics(scene: Scene) -> Iterator[Use]:

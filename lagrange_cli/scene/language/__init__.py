@@ -11,6 +11,7 @@ __all__ = [
     "families",
     "grammar",
     "problems",
+    "rotations",
     "templates",
     "tokens",
     "written_text",

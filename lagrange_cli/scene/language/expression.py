@@ -31,6 +31,10 @@ FUNCTIONS: dict[str, int | None] = {
 #: Functions that take derivatives with respect to time, with the number of them.
 TIME_DERIVATIVES = {"dot": 1, "ddot": 2}
 
+#: Components of the angular velocity of a body or frame, in space and along its own axes:
+#: ``omega_x(top)`` is a name, whose argument is no value.
+ANGULAR_VELOCITIES = ("omega_x", "omega_y", "omega_z", "omega_1", "omega_2", "omega_3")
+
 #: A sum over ranges, until it is written out: ``Call(SUM, (body, range, ...))``.
 SUM = "sum"
 #: Values under conditions: ``Call(PIECEWISE, (piece, ..., otherwise))``. A piece ``[value, a < b]``

@@ -25,6 +25,7 @@ from lagrange_cli.scene.language.tokens import (
     ExpressionLimitError,
     Token,
     tokenize,
+    with_angular_velocities,
 )
 
 #: Most characters of an expression as written.
@@ -222,7 +223,7 @@ def _refuse_second(token: Token, texts: Collection[str]) -> None:
 
 
 def _checked(tokens: list[Token], functions: Mapping[str, int] = MappingProxyType({})) -> Node:
-    node = parse_tokens(tokens, functions)
+    node = parse_tokens(with_angular_velocities(tokens, functions), functions)
     check_depth(node, MAX_NESTING)
     extent_of(node, {})
     return node

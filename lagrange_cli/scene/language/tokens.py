@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
 from lagrange_cli.errors import InputError, LimitError, Mark, NotRealError, Problem
-from lagrange_cli.scene.language.expression import Span
+from lagrange_cli.scene.language.expression import ANGULAR_VELOCITIES, Span
 
 #: Largest decimal exponent of a literal, and of any constant part of an expression.
 MAX_EXPONENT = 400
@@ -200,6 +200,30 @@ def _written(tokens: Sequence[Token], first: int, last: int) -> str:
     whole = tokens[last].text in (")", "]") and len(text) <= _MOST_WRITTEN
     name = tokens[first].text if tokens[first].kind == "name" else ""
     return text if whole else f"{name[:_MOST_WRITTEN]}(...)"
+
+
+def with_angular_velocities(tokens: Sequence[Token], functions: Container[str]) -> list[Token]:
+    """Join ``omega_x(top)`` to one name, and ``omega_x(link[3])`` to an element of a family.
+
+    A scene's own function of such a name stays one.
+    """
+    joined: list[Token] = []
+    following = list(tokens)
+    while following:
+        token = following.pop(0)
+        if (
+            token.text in ANGULAR_VELOCITIES
+            and token.text not in functions
+            and [t.text for t in following[:1]] == ["("]
+            and following[1].kind == "name"
+        ):
+            closing = _partner(following, 0)
+            frame, inside, end = following[1], following[2:closing], following[closing].end
+            if closing and (not inside or (inside[0].text, inside[-1].text) == ("[", "]")):
+                token = Token("name", f"{token.text}({frame.text})", token.start, end)
+                following[: closing + 1] = inside
+        joined.append(token)
+    return joined
 
 
 def number_value(token: Token) -> Fraction:

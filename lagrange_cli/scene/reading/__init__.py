@@ -8,6 +8,7 @@ __all__ = [
     "conditions",
     "declarations",
     "entries",
+    "frames",
     "helpers",
     "overrides",
     "physics",

@@ -227,20 +227,17 @@ def read_particles(node: SourceNode, reading: Reading) -> tuple[Particle, ...]:
     return tuple(particles)
 
 
-def read_points(node: SourceNode, reading: Reading) -> tuple[Point, ...]:
-    points = []
-    for key, value in reading.named(node, "points", symbols=False):
-        what, latex = f"point '{key.text}'", None
-        if isinstance(value, Mapping):
-            fields = reading.fields(value, what, ("position", "latex"), required=("position",))
-            latex = with_indices(read_latex(fields, what, reading), key.text)
-            if "position" not in fields:
-                continue
-            value = fields["position"]
-        position = _position(value, what, reading)
-        if position:
-            points.append(Point(key.text, key.mark, position, latex))
-    return tuple(points)
+def read_point(key: Scalar, value: SourceNode, reading: Reading) -> Point | None:
+    """Read an entry of ``points``: a position, or a mapping that has one."""
+    what, latex = f"point '{key.text}'", None
+    if isinstance(value, Mapping):
+        fields = reading.fields(value, what, ("position", "latex"), required=("position",))
+        latex = with_indices(read_latex(fields, what, reading), key.text)
+        if "position" not in fields:
+            return None
+        value = fields["position"]
+    position = _position(value, what, reading)
+    return Point(key.text, key.mark, position, latex) if position else None
 
 
 def _position(

@@ -50,6 +50,8 @@ _BOOLEANS = {
 _BASED = re.compile(r"0o([0-7]+)|0x([0-9a-fA-F]+)")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,9}")
 _INDEXED = re.compile(r"\s*[A-Za-z_][A-Za-z0-9_]*\s*\[")
+#: Sections of particles, bodies, and what these stand on.
+BODY_SECTIONS = ("particles", "frames", "bodies", "points")
 #: Most characters of a name.
 _LONGEST_NAME = 100
 
@@ -126,12 +128,12 @@ class Reading:
     @property
     def knows_bodies(self) -> bool:
         """True if particles and points were all understood, so that a missing one is missing."""
-        return self.doubtful.isdisjoint(("particles", "points"))
+        return self.doubtful.isdisjoint(BODY_SECTIONS)
 
     def doubt(self, section: str, node: SourceNode) -> None:
         """Record that not all of a section may have been understood."""
         self.doubtful.add(section)
-        if section in ("particles", "points") and isinstance(node, Mapping):
+        if section in BODY_SECTIONS and isinstance(node, Mapping):
             self.doubtful_bodies |= {_without_index(key.text) for key, _ in node.entries}
 
     def may_be_a_body(self, name: str) -> bool:

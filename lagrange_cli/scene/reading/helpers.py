@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.bounds import Extent, extent_of
 from lagrange_cli.scene.language.expression import Equation, Expression, Neg, Node, Number, names_in
 from lagrange_cli.scene.language.grammar import INEQUALITIES
@@ -110,23 +112,32 @@ def read_potential_helper(node: Mapping, what: str, reading: Reading) -> Express
     return helper_expression(text, place_of(node), reading) if text else None
 
 
-def read_plane(node: SourceNode, reading: Reading) -> Constraint | None:
-    """Write out ``plane: xz``: every particle's coordinate across the plane is 0."""
+@dataclass(frozen=True, slots=True)
+class PlaneSection:
+    """The section ``plane``: its place, the number of the axis across it, and its constraint."""
+
+    mark: Mark
+    across: int
+    constraint: Constraint | None
+
+
+def read_plane(node: SourceNode, reading: Reading) -> PlaneSection | None:
+    """Write out ``plane: xz``: every particle's coordinate across the plane is 0.
+
+    Bodies are placed within it, and have no equation there.
+    """
     text = node.text if isinstance(node, Scalar) else ""
     across = [axis for axis in AXES if axis not in text]
     if len(text) != 2 or len(across) != 1:
         reading.expected("xy, xz or yz", "'plane'", node)
         return None
     particles: tuple[Particle, ...] = reading.values.get("particles", ())
-    if not particles:
-        if reading.knows_bodies:
-            reading.problems.add("'plane' without particles", node.mark, rule="missing")
-        return None
     equations = tuple(
         helper_equation(f"{component(across[0], p.name)} = 0", node.mark, reading)
         for p in particles
     )
-    return Constraint("plane", node.mark, equations)
+    constraint = Constraint("plane", node.mark, equations) if equations else None
+    return PlaneSection(node.mark, AXES.index(across[0]), constraint)
 
 
 def _gravity(node: Mapping, what: str, reading: Reading) -> str | None:

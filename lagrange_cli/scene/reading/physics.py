@@ -5,11 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.language.grammar import INEQUALITIES
+from lagrange_cli.scene.language.rotations import ZERO, minus
 from lagrange_cli.scene.model import Constraint, ConstraintNotation, Force, Term, Unilateral
-from lagrange_cli.scene.reading.declarations import read_latex, with_indices
+from lagrange_cli.scene.reading.declarations import AXES, read_latex, with_indices
 from lagrange_cli.scene.reading.entries import Reading
+from lagrange_cli.scene.reading.frames import in_axes_of
 from lagrange_cli.scene.reading.helpers import (
     NOTATION,
     read_constraint_helper,
@@ -18,6 +21,7 @@ from lagrange_cli.scene.reading.helpers import (
 )
 from lagrange_cli.scene.reading.interactions import damper, drag
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
+from lagrange_cli.scene.reading.turns import across_plane
 
 #: An equation or inequality, with its restitution.
 _OneSided = tuple[Equation, Expression | None]
@@ -161,18 +165,55 @@ def _forces(key: Scalar, node: SourceNode, reading: Reading) -> tuple[Force, ...
     for name, _ in mapping.entries:
         if name.text in _FORCES:
             return _FORCES[name.text](key, mapping, what, reading)
-    fields = reading.fields(mapping, what, ("on", "force"), required=("on", "force"))
-    if len(fields) < 2:
+    is_torque = any(name.text == "torque" for name, _ in mapping.entries)
+    acting = "torque" if is_torque else "force"
+    fields = reading.fields(mapping, what, ("on", acting, "axes"), required=("on", acting))
+    if "on" not in fields or acting not in fields:
         return ()
     on = fields["on"]
-    components = _components(fields["force"], what, reading)
+    read = _torque if is_torque else _components
+    components = read(fields[acting], what, reading)
+    if "axes" in fields and components is not None:
+        components = _along_axes(fields["axes"], fields[acting], components, what, reading)
     if not isinstance(on, Scalar):
         reading.expected("a particle, point or coordinate", f"'on' of {what}", on)
         return ()
     target = reading.reference(on)
     if components is None or target is None:
         return ()
-    return (Force(key.text, key.mark, target, on.mark, components),)
+    return (Force(key.text, key.mark, target, on.mark, components, is_torque),)
+
+
+def _torque(node: SourceNode, what: str, reading: Reading) -> tuple[Expression, ...] | None:
+    """Read a torque: three components, or one in the sense of turns in the plane of the scene."""
+    across = across_plane(reading)
+    if across is None or isinstance(node, Sequence):
+        if isinstance(node, Sequence):
+            return _components(node, what, reading)
+        reading.expected("a list of three components", what, node)
+        return None
+    torque = reading.expression(node, what)
+    if torque is None:
+        return None
+    if AXES[across] == "y":  # from x to z is against y
+        torque = ComposedExpression(minus(torque.node), torque.text, torque.origin, torque.exact)
+    zero = ComposedExpression(ZERO, "0", torque.origin, exact=False)
+    return tuple(torque if k == across else zero for k in range(3))
+
+
+def _along_axes(
+    axes: SourceNode,
+    node: SourceNode,
+    components: tuple[Expression, ...],
+    what: str,
+    reading: Reading,
+) -> tuple[Expression, ...] | None:
+    """Return components along the axes of a frame along those of space."""
+    if len(components) != 3:
+        reading.expected("a list of three components", what, node)
+        return None
+    x, y, z = components
+    return in_axes_of(axes, (x, y, z), what, reading)
 
 
 def _components(node: SourceNode, what: str, reading: Reading) -> tuple[Expression, ...] | None:

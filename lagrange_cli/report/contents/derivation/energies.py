@@ -91,4 +91,7 @@ def generalized_forces(writer: DocumentWriter) -> Section | None:
 
 
 def _source(force: BodyForce) -> Written:
-    return say("{name} on {place}", name=Plain(force.name), place=Plain(force.on))
+    name, place = Plain(force.name), Plain(force.on)
+    if force.is_torque:
+        return say("torque {name} on {place}", name=name, place=place)
+    return say("{name} on {place}", name=name, place=place)

@@ -31,30 +31,36 @@ from lagrange_cli.report.inlines import (
 from lagrange_cli.report.tree import Block, Paragraph, Section, Table, formulas, section
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.system import Parameter, ParticleMotion
+    from lagrange_cli.mechanics.elements.motion import ElementMotion, Turning
+    from lagrange_cli.mechanics.system import Parameter
 
 
 def system(writer: DocumentWriter) -> Section | None:
-    """Return the particles with their masses, and the parameters with their values."""
-    particles = writer.equations.system.particles
+    """Return particles and bodies with their masses, and the parameters with their values."""
+    particles = [p for p in writer.equations.system.particles if p.turning is None]
+    bodies = [p for p in writer.equations.system.particles if p.turning is not None]
     sizes = "" if writer.families is None else sizes_line(writer.families)
     sentences: list[Written] = []
     if particles:
-        listed = Listed(tuple(_particles(writer)), between="; ")
+        listed = Listed(tuple(_particles(writer, particles)), between="; ")
         one, many = "Particle: {listed}.", "Particles: {listed}."
         sentences.append(say.counted(len(particles), one, many, listed=listed))
+    if bodies:
+        listed = Listed(tuple(_body(writer, body) for body in bodies), between="; ")
+        one, many = "Rigid body: {listed}.", "Rigid bodies: {listed}."
+        sentences.append(say.counted(len(bodies), one, many, listed=listed))
     if sizes:
         sentences.append(say("Here {sizes}.", sizes=Inline(sizes)))
     return section(say("System"), writer.paragraph(*sentences), _parameters(writer))
 
 
-def _particles(writer: DocumentWriter) -> Iterator[Written]:
+def _particles(writer: DocumentWriter, particles: Sequence[ElementMotion]) -> Iterator[Written]:
     """Return the particles; those that are alike but for their indices as one."""
-    families, particles = writer.families, writer.equations.system.particles
+    families = writer.families
     if families is None:
         yield from (_particle(writer, p) for p in particles)
         return
@@ -70,7 +76,7 @@ def _particles(writer: DocumentWriter) -> Iterator[Written]:
         yield say("{names} for {ranges}", names=shown, ranges=Inline(ranges(text.ranges)))
 
 
-def _particle(writer: DocumentWriter, particle: ParticleMotion) -> Written:
+def _particle(writer: DocumentWriter, particle: ElementMotion) -> Written:
     return say(
         "{name} of mass {mass} at {place}",
         name=_particle_name(particle),
@@ -79,7 +85,53 @@ def _particle(writer: DocumentWriter, particle: ParticleMotion) -> Written:
     )
 
 
-def _particle_name(particle: ParticleMotion) -> Written:
+def _body(writer: DocumentWriter, body: ElementMotion) -> Written:
+    """Return a body with its mass, its inertia about the centre of mass, and its turns."""
+    turning = body.turning
+    assert turning is not None
+    shown = say(
+        "{name} of mass {mass} with the centre of mass at {place}",
+        name=_particle_name(body),
+        mass=writer.inline(body.mass),
+        place=Inline(group(joined(", ", map(symbol, body.components)))),
+    )
+    parts: list[Written] = [shown, _inertia(writer, turning)]
+    turns = tuple(_turn(writer, axis, angle) for axis, angle in turning.turns)
+    if turns and turning.on is None:
+        parts.append(say("turned by {turns}", turns=Listed(turns)))
+    elif turns:
+        on = Plain(turning.on or "")
+        parts.append(say("turned against {on} by {turns}", on=on, turns=Listed(turns)))
+    elif turning.on is not None:
+        parts.append(say("fixed on {on}", on=Plain(turning.on)))
+    return Listed(tuple(parts))
+
+
+def _inertia(writer: DocumentWriter, turning: Turning) -> Written:
+    entries = turning.inertia
+    moments = entries[0::4]
+    shown = Listed(tuple(map(writer.inline, moments)))
+    products = (entries[1], entries[2], entries[5])
+    if any(product != 0 for product in products):
+        return say(
+            "moments of inertia {moments} and products {products} of xy, xz, yz",
+            moments=shown,
+            products=Listed(tuple(map(writer.inline, products))),
+        )
+    present = [moment for moment in moments if moment != 0]
+    if len(present) == 1 and sum(spin != 0 for spin in turning.spin) == 1:
+        return say("moment of inertia {moment}", moment=writer.inline(present[0]))
+    return say("moments of inertia {moments}", moments=shown)
+
+
+def _turn(writer: DocumentWriter, axis: str | tuple[Expr, ...], angle: Expr) -> Written:
+    if isinstance(axis, str):
+        return say("{angle} about {axis}", angle=writer.inline(angle), axis=Inline(symbol(axis)))
+    direction = Listed(tuple(map(writer.inline, axis)))
+    return say("{angle} about ({axis})", angle=writer.inline(angle), axis=direction)
+
+
+def _particle_name(particle: ElementMotion) -> Written:
     name = Plain(particle.name)
     if particle.latex is None:
         return name

@@ -1,0 +1,89 @@
+"""Rigid bodies and the frames that they are placed by, as a scene declares them.
+
+Positions, turns and angular velocities are composed over the chain of frames that a body stands
+on, in the scene's names. A body is a particle at its centre of mass that turns besides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from lagrange_cli.errors import Mark
+from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.language.rotations import implied_name
+from lagrange_cli.scene.model import Particle, Scene
+
+Vector: TypeAlias = tuple[Expression, Expression, Expression]
+
+Axis: TypeAlias = str | Vector
+"""``x``, ``y`` or ``z`` of the frame as earlier turns left it, or a direction in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComposedExpression(Expression):
+    """An expression that frames imply: nobody wrote it, and it is not printed as written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A turn about an axis of a frame as the turns before it left the frame.
+
+    Attributes
+    ----------
+    axis
+        The axis.
+    angle
+        The angle, positive by the right-hand rule about the axis, or against it if ``reverse``.
+    reverse
+        True in the plane xz, whose turn from x to z is against y.
+    """
+
+    axis: Axis
+    angle: Expression
+    reverse: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body(Particle):
+    """A rigid body: its mass stands at its centre of mass, whose position it has as a particle.
+
+    Attributes
+    ----------
+    on
+        Name of the frame or body that it moves against, None for space.
+    turns
+        Its turns against that, in order.
+    rotation
+        Entries of R by rows: columns are its axes, in those of space.
+    spin, spin_in_space
+        Components of ω along its own axes, and along those of space.
+    inertia
+        Rows of its tensor of inertia about the centre of mass, in its axes.
+    inertia_mark
+        Place of the entry ``inertia``.
+    placing
+        Positions and angles that it and the frames below it are written with.
+    planar
+        True if it moves in the plane of the scene, where a body counts 3.
+    """
+
+    on: str | None
+    turns: tuple[Turn, ...]
+    rotation: tuple[Expression, ...]
+    spin: Vector
+    spin_in_space: Vector
+    inertia: tuple[Vector, Vector, Vector]
+    inertia_mark: Mark
+    placing: tuple[Expression, ...] = ()
+    planar: bool = False
+
+
+def bodies_of(scene: Scene) -> tuple[Body, ...]:
+    """Return the rigid bodies of a scene, which are among its particles."""
+    return tuple(p for p in scene.particles if isinstance(p, Body))
+
+
+def rotation_term(name: str) -> str:
+    """Name of the kinetic energy of a body's turning among the terms of ``kinetic``."""
+    return implied_name("rotation", name)
