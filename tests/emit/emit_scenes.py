@@ -10,13 +10,13 @@ from functools import cache
 import sympy
 from sympy import Rational, Symbol, cos, sin
 
+from lagrange_cli.mechanics.elements.motion import ElementMotion
 from lagrange_cli.mechanics.equations import ShownEquation, TextbookForm
 from lagrange_cli.mechanics.findings import Account, Certificate, Conserved, ConstraintLine, Facts
 from lagrange_cli.mechanics.system import (
     BodyForce,
     CartesianName,
     Coordinate,
-    ElementMotion,
     Parameter,
 )
 from lagrange_cli.scene.conditions import SimulationDefaults

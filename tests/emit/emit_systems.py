@@ -7,12 +7,12 @@ from functools import cache
 
 import sympy as sp
 
+from lagrange_cli.mechanics.elements.motion import ElementMotion
 from lagrange_cli.mechanics.equations import TextbookForm
 from lagrange_cli.mechanics.findings import Account, Certificate, Facts
 from lagrange_cli.mechanics.system import (
     CartesianName,
     Coordinate,
-    ElementMotion,
     InitialState,
     Parameter,
 )
