@@ -229,7 +229,7 @@ def numeric_dynamics(e: Equations) -> Dynamics:
         [p.symbol for p in e.system.parameters],
     )
     return Dynamics(
-        sp.lambdify(arguments, sp.Matrix(e.system.mass_matrix), "numpy", cse=True),
+        sp.lambdify(arguments, written_out(e, sp.Matrix(e.system.mass_matrix)), "numpy", cse=True),
         sp.lambdify(arguments, written_out(e, sp.Matrix(e.system.forcing)), "numpy", cse=True),
     )
 
@@ -270,7 +270,7 @@ def exact_accelerations(name: str) -> list[Array]:
     matrix = sp.Matrix(e.system.mass_matrix).row_join(-jacobian.T)
     matrix = matrix.col_join(jacobian.row_join(sp.zeros(k, k)))
     right = sp.Matrix([*e.system.forcing, *(-closure.bias for closure in e.system.closures)])
-    mass = sp.lambdify(arguments, matrix, "mpmath", cse=True)
+    mass = sp.lambdify(arguments, written_out(e, matrix), "mpmath", cse=True)
     forcing = sp.lambdify(arguments, written_out(e, right), "mpmath", cse=True)
     found = []
     with mpmath.workdps(40):

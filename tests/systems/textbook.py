@@ -120,6 +120,17 @@ def _pendulum_on_cart(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     )
 
 
+def _hoist(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    return HALF * p.m * (p.l0 - p.s * t) ** 2 * v.theta**2 + p.m * p.g * (p.l0 - p.s * t) * cos(
+        q.theta
+    )
+
+
+def _pumped_swing(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    length = p.l0 + p.a * sin(2 * sqrt(p.g / p.l0) * t)
+    return HALF * p.m * length**2 * v.theta**2 + p.m * p.g * length * cos(q.theta)
+
+
 def _spherical_pendulum(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     kinetic = HALF * p.m * p.l**2 * (v.theta**2 + v.phi**2 * sin(q.theta) ** 2)
     return kinetic + p.m * p.g * p.l * cos(q.theta)
@@ -385,6 +396,8 @@ LAGRANGIANS: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "pendulum": _pendulum,
     "double_pendulum": _double_pendulum,
     "pendulum_on_cart": _pendulum_on_cart,
+    "hoist": _hoist,
+    "pumped_swing": _pumped_swing,
     "spherical_pendulum": _spherical_pendulum,
     "elastic_pendulum": _elastic_pendulum,
     "swinging_spring": _swinging_spring,

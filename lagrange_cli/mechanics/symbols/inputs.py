@@ -68,8 +68,15 @@ def rewritten(system: System, put: _Put) -> System:
             bias=put(constraint.bias),
         )
 
+    chart = system.chart
+    if chart is not None:
+        moved = [
+            replace(c, position=put(c.position), velocity=put(c.velocity)) for c in chart.places
+        ]
+        chart = replace(chart, places=tuple(moved))
     return replace(
         system,
+        chart=chart,
         particles=tuple(p.rewritten(put) for p in system.particles),
         cartesian_names=tuple(
             replace(c, position=put(c.position), velocity=put(c.velocity))

@@ -164,7 +164,7 @@ def _model_of(equations: Equations) -> Model:
         singular=chart_singularities(equations),
         positive=tuple(name for name, _ in equations.system.positive),
         table_ends=tuple(name for name, _ in table_ends(evaluated.equations)),
-        chart=former_chart(equations),
+        chart=former_chart(substitute_inputs(equations)),
         massless=_massless(equations),
         steep=steep_places(evaluated.equations, evaluated.steep),
         **_surfaces(evaluated),

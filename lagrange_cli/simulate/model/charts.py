@@ -75,9 +75,14 @@ def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | Non
 
 
 def former_chart(equations: Equations) -> FormerChart | None:
-    """Gather the coordinates that were replaced, and functions from them to the present ones."""
-    chart = equations.system.chart
-    if chart is None:
+    """Gather the coordinates that were replaced, and functions from them to the present ones.
+
+    ``equations``: with functions of time in place of inputs. Recorded ones in positions leave none.
+    """
+    chart, inputs = equations.system.chart, {u.symbol for u in equations.system.inputs}
+    if chart is None or any(
+        not inputs.isdisjoint(place.velocity.free_symbols) for place in chart.places
+    ):
         return None
     former = replace(
         equations,
