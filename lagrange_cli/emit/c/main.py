@@ -202,6 +202,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@GIVEN_INPUTS@": "u" if recorded.setting else "0",
         **_projection(equations),
         **contact_replacements(equations, real, recorded.setting.replace(*_NOW)),
+        **_size(equations),
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.system.inputs else "",
         "@TOLERANCE@": real.value(max(START_TOLERANCE, 1024.0 * float(real.epsilon))),
         "@ROUNDING@": real.value(64.0 * float(real.epsilon)),
@@ -236,12 +237,12 @@ def _projection(equations: Equations) -> dict[str, str]:
         else _REASON_CLOSED
         if closed
         else _REASON,
-        **_size(equations, "@NAME@_COORDINATES" if closed else "@NAME@_DOF"),
     }
 
 
-def _size(equations: Equations, count: str) -> dict[str, str]:
+def _size(equations: Equations) -> dict[str, str]:
     """Return the numbers of a state, and those of positions and velocities among them."""
+    count = "@NAME@_COORDINATES" if equations.system.closures else "@NAME@_DOF"
     size = f"2*{count}"
     if not equations.system.states:
         return {"@SIZE@": f"({size})", "@MOVING@": "@NAME@_STATE", "@PLACES@": "@NAME@_STATE/2"}
