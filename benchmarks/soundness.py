@@ -79,6 +79,14 @@ PARTS = (
         ("--runs", "1000"),
     ),
     Part(
+        "sliding",
+        "Kinks that meet, motion along surfaces",
+        "Steps into saturated controllers, dry friction, belts, relays and sliding along one"
+        " surface or two, with numbers by which kinks meet exactly, against matrix exponentials in"
+        " 40 digits between events whose modes are found by trying all.",
+        ("--runs", "1000"),
+    ),
+    Part(
         "equilibria",
         "Equilibria and branches",
         "Potentials with multiple, clustered and asymptotic roots, roots that are all but missed,"

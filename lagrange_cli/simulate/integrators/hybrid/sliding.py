@@ -77,7 +77,7 @@ class Combination:
         """Combine both sides of one surface, with their slopes and its rates there."""
         direction, derivative = (upper - lower) / 2, (rate - lower_rate) / 2
         part = -(rate + lower_rate) / 2 / derivative if derivative else float("nan")
-        slope = _without_rounding((upper + lower) / 2, part * direction)
+        slope = _combined_slope((upper + lower) / 2, np.array([part]), direction[None])
         return cls(np.array([part]), slope, direction[None], np.array([[derivative]]), 0.0)
 
     @classmethod
@@ -96,15 +96,17 @@ class Combination:
             parts = np.full(signs.shape[1], np.nan)
         deviation = np.abs(slopes - middle - signs @ directions).max()
         margin = float(LINEAR * np.abs(slopes).max() - deviation)
-        slope = _without_rounding(middle, parts @ directions)
+        slope = _combined_slope(middle, parts, directions)
         return cls(parts, slope, directions, matrix, margin)
 
 
-def _without_rounding(middle: Array, change: Array) -> Array:
-    """Add what cancels but for rounding to zero: a body at rest has no scale for its steps."""
-    slope = middle + change
-    slope[np.abs(slope) <= _ROUNDING * np.abs(middle)] = 0.0
-    return slope
+def _combined_slope(middle: Array, parts: Array, directions: Array) -> Array:
+    """Sum a slope and its changes; what cancels but for rounding is zero, since steps of a body at
+    rest would have no scale but that rounding."""
+    slope = middle + parts @ directions
+    sizes = np.abs(middle) + np.abs(parts) @ np.abs(directions)
+    slope[np.abs(slope) <= _ROUNDING * sizes] = 0.0
+    return np.asarray(slope)
 
 
 def is_diagonally_stable(matrix: Array) -> bool:
