@@ -14,7 +14,6 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from tests.mechanics.elements.random_trees import by_kane, random_tree
 
-
 #: Trees that are tried in every run; SymPy takes seconds for the others.
 FEW = (1, 2, 5, 8)
 
