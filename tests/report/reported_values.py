@@ -46,6 +46,7 @@ def motion(name: str) -> Simulated:
         columns={"z": ANY, "dot(z)": ANY, name: ANY},
         conserved_drift={"energy": None},
         events=[bounce] * 13,
+        slides=[SimpleNamespace(on=f"dot({name})", start=1.0, end=None)],
         requested=1e-9,
         estimated=1.5e-14,
         holds_until=3.0,

@@ -73,7 +73,20 @@ def test_no_text_of_a_scene_acts(name, evil):
     assert {e.tag.rpartition("}")[2] for e in ElementTree.fromstring(page).iter()} < {
         *("html", "head", "meta", "title", "style", "body", "main", "section", "h1", "h2", "p"),
         *("div", "table", "thead", "tbody", "tr", "th", "td", "ul", "li", "dl", "dt", "dd", "pre"),
-        *("code", "math", "mrow", "mn", "mo", "mi", "msup", "mtext", "mspace", "script"),
+        *(
+            "code",
+            "math",
+            "mrow",
+            "mn",
+            "mo",
+            "mi",
+            "mover",
+            "msub",
+            "msup",
+            "mtext",
+            "mspace",
+            "script",
+        ),
     } - {"script"}
     for line in re.sub(r"^(`{3,}).*?^\1$", "", written(value, "markdown"), flags=re.M | re.S).split(
         "\n"
