@@ -185,7 +185,7 @@ class Interpreted:
 
     def __call__(self, function, t, y, p, flags, targets=None, size=None):
         if function == "events":
-            found = self._impacts(t, y, p, flags).events()
+            found = self._impacts(t, p, flags).events(np.array(y, float))
         else:
             found = self.functions[function](t, y, self._parameters(p, flags, targets))
         return found if np.isfinite(found).all() else None
@@ -195,18 +195,17 @@ class Interpreted:
         found = project(t, y)
         return found if np.isfinite(found).all() else None
 
-    def _impacts(self, t, y, p, flags):
+    def _impacts(self, t, p, flags):
         parameters = self._parameters(p, flags, None)
-        state = np.array(y, dtype=float)
-        return Impacts(self.functions, t, state, parameters, [], self.first, self.contacts)
+        return Impacts(self.functions, t, parameters, [], self.first, self.contacts)
 
     def reset(self, t, y, p, flags, event, bounce=1.0):
-        found = self._impacts(t, y, p, flags).reset(event, bounce)
+        found = self._impacts(t, p, flags).reset(np.array(y, float), event, bounce)
         return None if found[0] is None else found
 
     def leaving_none(self, t, y, p, flags, event):
         """Which contacts leave no motion."""
-        state, found = self._impacts(t, y, p, flags).reset(event, 1.0)
+        state, found = self._impacts(t, p, flags).reset(np.array(y, float), event, 1.0)
         assert state is None
         return list(found)
 

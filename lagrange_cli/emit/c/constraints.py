@@ -1,13 +1,7 @@
 """Functions of emitted C on constraints: ``project``, ``events``, ``reset``, those of a mode.
 
-``project`` leads a state back to closures that it has left. At an event the closed contacts take
-an impact if one of them approaches, by Newton's law with
-impulses that only push (Moreau, *Unilateral contact and dry friction in finite freedom dynamics*,
-1988; Glocker and Pfeiffer, *Nonlinear Dynamics* 7 (1995) 471): w = u⁺ + e·min(u⁻, 0) ≥ 0, Λ ≥ 0,
-w·Λ = 0 for the rates u. Contacts that do not leave stay closed if they have to push: λ ≥ 0, φ̈ ≥ 0,
-λ·φ̈ = 0. Both are the optimality conditions of a projection in the metric of the kinetic energy,
-which the dual method of Goldfarb and Idnani finds (*Math. Programming* 27 (1983) 1): it copes with
-contacts that depend on others.
+``project`` leads a state back to closures that it has left; ``events`` and ``reset`` are routines
+(:mod:`lagrange_cli.program.lowered.routines.impacts`).
 
 The functions of the interface take a mode; they call static ones that take the flags of closed
 contacts in an array.
@@ -18,13 +12,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from lagrange_cli.emit.c.target import CNames, CTarget
+from lagrange_cli.emit.c.solvers import routine_texts
+from lagrange_cli.emit.c.target import CTarget, wrapped
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import (
     DERIVATIVES,
     ENTRIES,
     INTERNAL_FUNCTIONS,
 )
+from lagrange_cli.program.lowered.routines.impacts import reset_arrays
 from lagrange_cli.program.lowered.routines.projection import (
     NEWTON_STEPS,
     RESIDUAL_AT_REST,
@@ -32,83 +28,64 @@ from lagrange_cli.program.lowered.routines.projection import (
 )
 from lagrange_cli.program.lowered.workspace import given_size, program_workspace_size
 from lagrange_cli.program.program import Program, result_count
-from lagrange_cli.program.solvers.tolerances import (
-    COMPLEMENTARITY_STEPS,
-    IMPACT_TOLERANCES,
-    RATE_TOLERANCE,
-)
-
-#: Number of contacts from which on those that push are guessed first: the dual method alone is
-#: cheap for few contacts, and each guess costs a factorization. Chosen as that trade; not tuned.
-_FEWEST_GUESSED = 8
-
-#: Rounds of guesses of the contacts that push: most sets settle in a few, and a set that has not
-#: is left to the dual method, which always ends. Chosen as that trade; not tuned.
-_ROUNDS = 12
-
-#: Pivot of a matrix with ones on the diagonal that ends the guesses: contacts that nearly depend on
-#: others would give pushes without digits. Chosen well above rounding; not tuned.
-_SMALLEST = 1e-6
-
 
 def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
-    """Return ``events`` and ``reset`` with their helpers; empty if there are no contacts."""
+    """Return ``events`` and ``reset`` of flags that stand behind the parameters.
+
+    Empty if there are no contacts.
+    """
     if "gaps" not in programs:
         return ""
-    names, real, contacts = target.names, target.real, _contacts(programs)
-    guessed = contacts >= _FEWEST_GUESSED
-    replacements = _arguments(names, programs["gaps"].parameters - 2 * contacts) | {
-        "@PASSED@": names.passed,
-        "@ARGUMENTS@": target.arguments("out"),
-        "@U@": str(contacts),
-        "@M@": str(_multipliers(programs) - contacts),
-        "@N@": str(programs["gaps"].coordinates),
-        "@START@": str(_workspace_below_impact(programs)),
-        "@RESULTS@": str(_results(programs)),
-        "@STEPS@": str(COMPLEMENTARITY_STEPS),
-        "@ROUNDS@": str(_ROUNDS),
-        "@SMALLEST@": real.value(max(_SMALLEST, 64 * float(real.epsilon))),
-        "@GUESSED@": "    @NAME@_guess(n, w, size, c);\n" if guessed else "",
-        "@MIN@": f"fmin{real.suffix}",
-        "@MAX@": f"fmax{real.suffix}",
-        "@TOLERANCE@": real.value(max(RATE_TOLERANCE, 64 * float(real.epsilon))),
-        "@LOOSER@": real.value(IMPACT_TOLERANCES),
-        "@ULPS@": real.value(128 * float(real.epsilon)),
+    replacements = {
+        "@FIRST@": str(programs["gaps"].parameters - 2 * _contacts(programs)),
+        "@EVENTS@": _statement(f"return {_falling(programs, target)} ? 0 : 1;"),
+        "@RESET@": _statement(f"return {_reset(programs, target)};"),
     }
-    guess = ["guess"] if guessed else []
-    templates = ("events", "closing", "among_active", *guess, "push", "impact", "reset")
-    return "\n".join(target.fill(target.fill(c_template(name), replacements)) for name in templates)
+    text = target.fill(c_template("contacts"), replacements)
+    return "\n".join([*routine_texts(_ROUTINES, target), text])
 
 
-def _arguments(names: CNames, flags_from: int) -> dict[str, str]:
-    """Return the tokens of argument lists; flags are behind the parameters, or in an array."""
-    inside = names.contact_from is None
-    constant = "" if inside else ", const @REAL@ *contact"
-    changing = "" if inside else ", @REAL@ *contact"
-    state = f"@REAL@ t, {{}}@REAL@ *y, const @REAL@ *u, {{}}{names.prefix}_params *p"
-    changed = "" if inside else "const "
-    return {
-        "@OF@": "" if inside else "contact_",
-        "@STATIC@": "" if inside else "static ",
-        "@INT@": "long" if inside else "int",
-        "@FLIGHT@": "" if inside else "flight_",
-        "@FREE@": "t, y, u, p",
-        "@STATE@": state.format("const ", "const ") + constant,
-        "@MUTABLE@": state.format("const ", changed) + changing,
-        "@MUTABLE_STATE@": state.format("", changed) + changing,
-        "@CONTACT@": f"    const @REAL@ *const contact = p->p + {flags_from};\n" if inside else "",
-        "@CHANGING@": f"    @REAL@ *const contact = p->p + {flags_from};\n" if inside else "",
-    }
+#: Routines that contacts need.
+_ROUTINES = ("falling", "reset_contacts")
+
+
+def _statement(text: str) -> str:
+    return "\n".join(wrapped(text, 1, 1))
+
+
+def _falling(programs: Mapping[str, Program], target: CTarget) -> str:
+    """Return the call of the routine behind ``events``."""
+    c, m = _contacts(programs), _multipliers(programs)
+    start = _workspace_below_impact(programs)
+    arrays = f"y, contact, out, work + {start}, work + {start + 2 * c}"
+    return f"{target.prefix}_falling({c}, {m - c}, t, u, p, work, {arrays})"
+
+
+def _reset(programs: Mapping[str, Program], target: CTarget) -> str:
+    """Return the call of the routine behind ``reset``."""
+    c, late = _contacts(programs), target.real.value(128 * float(target.real.epsilon))
+    arrays, start = [], _workspace_below_impact(programs)
+    for size in _arrays(programs).values():
+        arrays.append(f"work + {start}")
+        start += size
+    arguments = [
+        f"{programs['gaps'].coordinates}, {c}, t, u, p, work, event < 0 ? {c} : (int)event, bounce",
+        f"{late}*fabs{target.real.suffix}(t), y, contact",
+        *arrays,
+    ]
+    return f"{target.prefix}_reset_contacts({', '.join(arguments)})"
+
+
+def _arrays(programs: Mapping[str, Program]) -> dict[str, int]:
+    n, c, m = programs["gaps"].coordinates, _contacts(programs), _multipliers(programs)
+    return reset_arrays(n, 2 * n, c, m)
 
 
 def impact_workspace_size(programs: Mapping[str, Program]) -> int:
     """Return the numbers of workspace for ``events`` and ``reset``; 0 if there are no contacts."""
     if "gaps" not in programs:
         return 0
-    n, u = programs["gaps"].coordinates, _contacts(programs)
-    events = max(2 * u, _multipliers(programs))
-    known = 2 * u + u * (n + 3) + 7 * u + u * u + _results(programs)
-    return _workspace_below_impact(programs) + max(events, known + u * u + 3 * u)
+    return _workspace_below_impact(programs) + sum(_arrays(programs).values())
 
 
 def _workspace_below_impact(programs: Mapping[str, Program]) -> int:
@@ -124,11 +101,6 @@ def _contacts(programs: Mapping[str, Program]) -> int:
 
 def _multipliers(programs: Mapping[str, Program]) -> int:
     return sum(len(block.closures) for block in programs["contact_multipliers"].blocks)
-
-
-def _results(programs: Mapping[str, Program]) -> int:
-    """Return the most numbers that a called function returns, besides terms."""
-    return max(2 * programs["gaps"].coordinates, _multipliers(programs))
 
 
 def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
@@ -238,20 +210,22 @@ def interface_text(programs: Mapping[str, Program], target: CTarget, contacts: i
         "@OUT@": outer.arguments("out"),
         "@STATE@": outer.state_arguments(),
         "@RESET@": _reset_arguments(target),
+        "@FALLING@": _statement(f"return {_falling(programs, target)} ? 0 : 1;"),
+        "@CHANGED@": _statement(f"status = {_reset(programs, target)};"),
     }
     functions = (
         c_template("mode_function").replace("@FUNCTION@", name)
-        for name in ("multipliers", "constraints", "events", *_derivatives())
-        if f"contact_{name}" in programs or name == "events"
+        for name in ("multipliers", "constraints", *_derivatives())
+        if f"contact_{name}" in programs
     )
-    flags, rhs, project, reset = (
-        c_template(f"mode_{name}") for name in ("flags", "rhs", "project", "reset")
+    flags, rhs, events, project, reset = (
+        c_template(f"mode_{name}") for name in ("flags", "rhs", "events", "project", "reset")
     )
-    texts = [flags, rhs, *functions, project, reset]
+    texts = [flags, rhs, *functions, events, project, reset]
     return "\n".join(
         [
             project_text(programs, inner, "contact_"),
-            impact_text(programs, inner),
+            *routine_texts(_ROUTINES, inner),
             *(target.fill(text, replacements) for text in texts),
         ]
     )

@@ -10,7 +10,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from lagrange_cli.emit.c.target import EPSILON_NAME, CTarget, wrapped
-from lagrange_cli.emit.routines.signatures import Argument, Signature, routines_called
+from lagrange_cli.emit.routines.signatures import (
+    SCENE_FUNCTIONS,
+    Argument,
+    Signature,
+    routines_called,
+)
 from lagrange_cli.emit.routines.syntax import Syntax
 from lagrange_cli.emit.routines.translation import routine_text
 from lagrange_cli.emit.template_files import c_template
@@ -44,11 +49,15 @@ def solver_text(blocks: Sequence[MatrixBlock], programs: Iterable[Program], targ
             f"#define {target.prefix}_{EPSILON_NAME} {target.real.literal(target.real.epsilon)}\n"
         )
     names = sorted({*_of_blocks(blocks), *_of_programs(programs)})
-    routines = [r for r in routines_called(names) if r.name not in _BORROWED]
-    called = {called.name for routine in routines for called in routine.called}
+    called = {called.name for routine in routines_called(names) for called in routine.called}
     parts += [target.fill(c_template(name)) for name in _BORROWED if name in called]
-    syntax = _RoutineSyntax(target)
-    return "\n".join([*parts, *(f"{routine_text(routine, syntax)}\n" for routine in routines)])
+    return "\n".join([*parts, *routine_texts(names, target)])
+
+
+def routine_texts(names: Iterable[str], target: CTarget) -> list[str]:
+    """Write routines as static functions, those first that others call."""
+    routines = [r for r in routines_called(names) if r.name not in _BORROWED]
+    return [f"{routine_text(routine, _RoutineSyntax(target))}\n" for routine in routines]
 
 
 #: Routines that ``<math.h>`` makes short.
@@ -72,6 +81,13 @@ def _of_programs(programs: Iterable[Program]) -> Iterator[str]:
                 yield "banded" if isinstance(part.factors, BandFactors) else "sparse"
 
 
+#: Constants of routines that are not below the rounding of a short type.
+_TOLERANCES = ("RATE_TOLERANCE", "LEAST_PIVOT")
+
+#: Functions of the scene that read no flags of contacts.
+_WITHOUT_FLAGS = ("flight_rhs", "rhs")
+
+
 class _RoutineSyntax(Syntax):
     """Routines as static functions of C, whose results 1 and 0 are those of tests."""
 
@@ -91,9 +107,11 @@ class _RoutineSyntax(Syntax):
         return self.target.functions[function]
 
     def constant(self, name: str, value: float) -> str:
+        """Return a constant; a tolerance is no less than the number type's rounding asks for."""
         if name == EPSILON_NAME:
             return f"{self.target.prefix}_{EPSILON_NAME}"
-        return super().constant(name, value)
+        least = 64.0 * float(self.target.real.epsilon) if name in _TOLERANCES else 0.0
+        return self.target.real.value(max(value, least))
 
     def counted(self, index: str) -> str:
         return f"({self.target.real.name}){index}"
@@ -106,7 +124,10 @@ class _RoutineSyntax(Syntax):
 
     def routine_head(self, routine: Signature) -> list[str]:
         result = self._types[routine.result]
-        arguments = ", ".join(map(self._argument, routine.arguments))
+        arguments = ", ".join(
+            self.target.handed if argument.kind in SCENE_FUNCTIONS else self._argument(argument)
+            for argument in routine.arguments
+        )
         head = f"static {result} {self.target.prefix}_{routine.name}({arguments})"
         documentation = (f" * {line}".rstrip() for line in routine.documentation)
         return ["/*", *documentation, " */", *wrapped(head, 0, 2), "{"]
@@ -116,6 +137,21 @@ class _RoutineSyntax(Syntax):
         if not text.endswith("*"):
             return f"{text} {argument.name}"
         return f"{'' if argument.changed else 'const '}{text}{argument.name}"
+
+    def handed(self, kind: str) -> list[str]:
+        return ["t", "u", "p", "work"]
+
+    def evaluated(
+        self, kind: str, function: str, arguments: Sequence[str]
+    ) -> tuple[list[str], str]:
+        state, *_, results = arguments
+        names, flags = self.target.names, ""
+        if names.contact_from is None:
+            function = function.removeprefix("flight_")
+        elif function not in _WITHOUT_FLAGS:
+            flags = "mode, "
+        passed = f"t, {state}, u, p, {flags}work, {results}"
+        return [], f"({names.prefix}_{function}({passed}) == 0)"
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"{'const ' if fixed else ''}{self._types[kind]} {name} = {text};"

@@ -221,6 +221,12 @@ class CTarget:
             f"const {names.prefix}_params *p, {names.further}{real} *work"
         )
 
+    @property
+    def handed(self) -> str:
+        """Return the parameters of routines by which they call functions of the scene."""
+        real = self.real.name
+        return f"{real} t, const {real} *u, const {self.prefix}_params *p, {real} *work"
+
     def fill(self, template: str, others: Mapping[str, str] | None = None) -> str:
         """Put type, names and constants into a template; ``others``: further tokens, first."""
         real = self.real

@@ -1,7 +1,8 @@
 """Routines as they are read from their Python: arguments, kinds of numbers, statements.
 
 A kind is ``int`` (never negative), ``real``, ``bool``, ``reals`` (an array), ``integers`` (a table
-of indices), ``closures`` (functions of the scene), or ``none`` for routines without a result.
+of indices), ``closures``, ``contacts`` or ``motion`` (functions of the scene), or ``none`` for
+routines without a result.
 """
 
 from __future__ import annotations
@@ -25,11 +26,16 @@ _KINDS = {
     "Array": "reals",
     "Integers": "integers",
     "Closures": "closures",
+    "Contacts": "contacts",
+    "Motion": "motion",
     "None": "none",
 }
 
 #: Type of a value → kind.
 _OF_VALUES: Mapping[type, str] = {bool: "bool", int: "int", float: "real"}
+
+#: Kinds of arguments that stand for functions of the scene.
+SCENE_FUNCTIONS = frozenset({"closures", "contacts", "motion"})
 
 #: Functions of numbers that every language has.
 NUMERIC = frozenset({"abs", "max", "min", "sqrt"})
@@ -224,6 +230,8 @@ class _Kinds:
             return "bool"
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             return self._of_call(node, node.func.id)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            return "bool"
         raise refused(node, "unknown expression")
 
     def _of_call(self, node: ast.Call, name: str) -> str:

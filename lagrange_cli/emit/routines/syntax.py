@@ -140,13 +140,19 @@ class Syntax(ABC):
         """Return lines that call a routine, if it takes some, and the expression of its result."""
         return [], f"{routine.name}({', '.join(arguments)})"
 
-    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
-        """Return lines that store a function of closures, and the test that it has results.
+    def handed(self, kind: str) -> list[str]:
+        """Return the arguments of routines by which they call functions of the scene."""
+        raise NotImplementedError
 
-        The time, parameters and inputs are arguments of the routine: those of its argument of the
-        kind ``closures``.
+    def evaluated(
+        self, kind: str, function: str, arguments: Sequence[str]
+    ) -> tuple[list[str], str]:
+        """Return lines that store a function of the scene, and the test that it has results.
+
+        The last argument takes them. The time, parameters and inputs are arguments of the routine:
+        those of :meth:`handed` for this kind, ``closures``, ``contacts`` or ``motion``.
         """
-        return [], f"{function}(t, {y}, p, {results})"
+        raise NotImplementedError
 
     def called_alone(self, text: str) -> list[str]:
         """Return the lines of a call without a result."""

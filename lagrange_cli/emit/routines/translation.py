@@ -13,7 +13,13 @@ import ast
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from lagrange_cli.emit.routines.signatures import NUMERIC, Signature, refused, routines_called
+from lagrange_cli.emit.routines.signatures import (
+    NUMERIC,
+    SCENE_FUNCTIONS,
+    Signature,
+    refused,
+    routines_called,
+)
 from lagrange_cli.emit.routines.syntax import Syntax
 
 _OPERATORS: dict[type[ast.AST], str] = {
@@ -174,7 +180,7 @@ class _Writer:
     def _branches(self, step: ast.If) -> list[str]:
         language = self.language
         before, test = self._value(step.test)
-        lines = [*before, language.branch(test), *self._indented(step.body)]
+        lines = [*before, *language.broken(language.branch(test)), *self._indented(step.body)]
         while len(step.orelse) == 1 and isinstance(step.orelse[0], ast.If):
             step = step.orelse[0]
             lines += [language.other_branch(self.text(step.test)), *self._indented(step.body)]
@@ -189,8 +195,9 @@ class _Writer:
         match node:
             case ast.Call(func=ast.Name(id=name)) if name not in NUMERIC:
                 return self._called(node, name)
-            case ast.Call(func=ast.Attribute(value=ast.Name(), attr=name), args=[y, results]):
-                return self.language.evaluated(name, self.text(y), self.text(results))
+            case ast.Call(func=ast.Attribute(value=ast.Name() as owner, attr=name)):
+                kind, arguments = self.signature.kind(owner), [self.text(a) for a in node.args]
+                return self.language.evaluated(kind, name, arguments)
             case ast.UnaryOp(op=ast.Not(), operand=ast.Call() as call):
                 before, text = self._value(call)
                 return before, self.language.words["not"] + text
@@ -203,7 +210,13 @@ class _Writer:
         kinds = [argument.kind for argument in routine.arguments]
         if [self.signature.kind(argument) for argument in node.args] != kinds:
             raise refused(node, "arguments of other kinds")
-        return self.language.called(routine, [self.text(argument) for argument in node.args])
+        arguments = [text for argument in node.args for text in self._passed(argument)]
+        return self.language.called(routine, arguments)
+
+    def _passed(self, argument: ast.expr) -> list[str]:
+        """Return an argument, or those by which functions of the scene are called."""
+        kind = self.signature.kind(argument)
+        return self.language.handed(kind) if kind in SCENE_FUNCTIONS else [self.text(argument)]
 
     def text(self, node: ast.expr) -> str:
         """Return an expression."""

@@ -188,7 +188,7 @@ class InterpretedCode(ModelCode):
     def row(self, name: str, columns: int, parameters: Array) -> StateFunction:
         numbers = parameters.tolist()
         if name == "events":
-            return lambda t, y: self._impacts(t, y, numbers).events()
+            return lambda t, y: self._impacts(t, numbers).events(np.asarray(y, float))
         return interpreted_state_function(bound(self._functions[name], numbers, self._pieces))
 
     def events(self, name: str, parameters: Array) -> NativeEvents | None:
@@ -197,9 +197,9 @@ class InterpretedCode(ModelCode):
     def reset(
         self, t: float, y: Array, parameters: Array, event: int, bounce: float
     ) -> tuple[Array | None, Array]:
-        return self._impacts(t, np.array(y, float), parameters.tolist()).reset(event, bounce)
+        return self._impacts(t, parameters.tolist()).reset(np.asarray(y, float), event, bounce)
 
-    def _impacts(self, t: float, y: Array, parameters: list[float]) -> Impacts:
+    def _impacts(self, t: float, parameters: list[float]) -> Impacts:
         inputs = [] if self._pieces is None else self._pieces.values(t)
         first, count = first_flag(self._model), len(self._model.contacts)
-        return Impacts(self._functions, t, y, parameters, inputs, first, count)
+        return Impacts(self._functions, t, parameters, inputs, first, count)

@@ -1,6 +1,6 @@
 """Constraints by interpreted functions: projection, events of contacts, states behind them.
 
-The methods are those of emitted code (:mod:`lagrange_cli.emit.c.constraints`).
+The methods are the routines of emitted code (:mod:`lagrange_cli.program.lowered.routines`).
 """
 
 from __future__ import annotations
@@ -8,20 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.program.interpreter.interpreter import Runnable
+from lagrange_cli.program.lowered.routines.impacts import (
+    INSTANT,
+    falling,
+    reset_arrays,
+    reset_contacts,
+)
 from lagrange_cli.program.lowered.routines.numbers import Array as Numbers
 from lagrange_cli.program.lowered.routines.projection import lead_positions, lead_velocities
-from lagrange_cli.program.solvers.tolerances import (
-    COMPLEMENTARITY_STEPS,
-    IMPACT_TOLERANCES,
-    RATE_TOLERANCE,
-)
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.right_hand_side import Projection
 
@@ -96,36 +95,16 @@ class _ClosuresAt:
         return self._stored("velocity_change", y, results)
 
 
-#: A flag for each contact.
-_Flags = NDArray[np.bool_]
-
-#: Part of a time that is its rounding error, some units in the last place.
-_TIME_ROUNDING = 2.0**-46
-
-
-class _DeadlockError(ArithmeticError):
-    """There is no motion behind an event; ``flags`` are of the contacts that leave none."""
-
-    def __init__(self, flags: _Flags) -> None:
-        self.flags = flags.astype(float)
-
-
-def _require_finite(values: Any) -> Any:
-    if not np.isfinite(values).all():
-        raise ArithmeticError("not finite")
-    return values
-
-
 @dataclass(frozen=True)
 class Impacts:
-    """Functions of contacts at one state, with parameters and inputs.
+    """Functions of contacts at a time, with parameters and inputs, as routines call them.
 
     Attributes
     ----------
     functions
         Functions of the system by name.
-    t, y
-        Time and state.
+    t
+        The time.
     parameters
         Parameters; flags and targets of the contacts are at ``first`` and behind.
     inputs
@@ -136,36 +115,20 @@ class Impacts:
 
     functions: Mapping[str, Runnable]
     t: float
-    y: Array
     parameters: Sequence[float]
     inputs: Sequence[float]
     first: int
     count: int
 
-    @cached_property
-    def n(self) -> int:
-        """The number of coordinates."""
-        return self.functions["impulse"].size
-
-    def _values(self, name: str, flags: Any = None, targets: Any = None) -> Any:
-        p = list(self.parameters)
-        if flags is not None:
-            p[self.first : self.first + 2 * self.count] = [*map(float, flags), *map(float, targets)]
-        return self.functions[name](self.t, self.y, p, self.inputs)
-
-    @property
-    def _flags(self) -> Array:
-        return np.array(self.parameters[self.first : self.first + self.count])
-
-    def events(self) -> Array:
+    def events(self, y: Array) -> Array:
         """Evaluate what falls through zero at events: multipliers of closed contacts, else gaps."""
-        flags, values = self._flags, self._values("gaps")[: self.count]
-        if flags.any():
-            closed, multipliers = flags > 0.0, self._values("contact_multipliers")
-            values[closed] = multipliers[-self.count :][closed]
-        return np.asarray(values)
+        c, m = self.count, self.functions["contact_multipliers"].size
+        state, out = y.tolist(), [math.nan] * c
+        if not falling(c, m - c, self, state, self._mode, out, [0.0] * (2 * c), [0.0] * m):
+            return np.full(c, np.nan)
+        return np.array(out)
 
-    def reset(self, event: int, bounce: float) -> tuple[Array | None, Array]:
+    def reset(self, y: Array, event: int, bounce: float) -> tuple[Array | None, Array]:
         """Find the state after an event, and which contacts are then closed (1, else 0).
 
         Parameters
@@ -180,128 +143,35 @@ class Impacts:
         None in place of a state that there is not, with the contacts that leave no motion, if that
         is the reason.
         """
-        try:
-            with np.errstate(all="ignore"):
-                return self._after(event, bounce)
-        except _DeadlockError as deadlock:
-            return None, deadlock.flags
-        except (ArithmeticError, np.linalg.LinAlgError):
-            return None, np.zeros(self.count)
+        n, m = self.functions["impulse"].size, self.functions["contact_multipliers"].size
+        c, state, mode = self.count, y.tolist(), self._mode
+        arrays = ([0.0] * size for size in reset_arrays(n, len(y), c, m).values())
+        number, late = event if event >= 0 else c, INSTANT * abs(self.t)
+        status = reset_contacts(n, c, self, number, bounce, late, state, mode, *arrays)
+        return (None if status else np.array(state)), np.array(mode[:c])
 
-    def _after(self, event: int, bounce: float) -> tuple[Array, Array]:
-        u = self.count
-        gap, near = _require_finite(self._values("gaps")).reshape(2, u)
-        table = self._gap_table()
-        gradient, rate = table[:2]
-        v = self.y[self.n : 2 * self.n]
-        speed, size = gradient @ v + rate, np.abs(gradient) @ np.abs(v) + np.abs(rate)
-        # What closes within the rounding error of the time closes now.
-        near = RATE_TOLERANCE * near - _TIME_ROUNDING * abs(self.t) * np.minimum(speed, 0.0)
-        closed_before, happening = self._flags > 0.0, np.arange(u) == event
-        closed = closed_before | happening | (gap <= near)
-        d = self._responses(gradient, closed)
-        stays = closed_before
-        if (closed & ~closed_before & (speed < -RATE_TOLERANCE * size)).any():
-            speed, size = self._hit(bounce, d, table, (speed, size), closed, closed_before)
-            stays = np.zeros(u, dtype=bool)
-        # One that was in contact and has its event is released, unless an impact came between.
-        closed &= ~(stays & happening)
-        closed &= stays | (speed <= RATE_TOLERANCE * size)
-        return self.y, self._settled(d, closed)
+    @property
+    def _mode(self) -> list[float]:
+        return [*self.parameters[self.first : self.first + self.count], *[0.0] * self.count]
 
-    def _gap_table(self) -> tuple[Array, ...]:
-        """Evaluate gradients of the gaps by rows, then rates, biases and restitutions."""
-        u, n = self.count, self.n
-        terms = _require_finite(self._values("gap_terms"))
-        return terms[: u * n].reshape(u, n), *terms[u * n :].reshape(3, u)
+    def _stored(self, name: str, y: Numbers, results: Numbers, mode: Sequence[float] = ()) -> bool:
+        p = list(self.parameters)
+        p[self.first : self.first + len(mode)] = mode
+        values = self.functions[name](self.t, y, p, self.inputs).tolist()
+        results[:] = values
+        return all(map(math.isfinite, values))
 
-    def _responses(self, gradient: Array, closed: _Flags) -> Array:
-        """Find what a unit impulse of each closed contact adds to the rates of all, by columns."""
-        d = np.zeros((self.count, self.count))
-        for k in np.flatnonzero(closed):
-            unit = (np.arange(self.count) == k).astype(float)
-            change = self._values("impulse", unit, unit)
-            # One that the closures alone hold back takes no impulse.
-            if np.isfinite(change).all():
-                d[:, k] = gradient @ change
-        return d
+    def gaps(self, y: Numbers, results: Numbers) -> bool:
+        return self._stored("gaps", y, results)
 
-    def _hit(
-        self,
-        bounce: float,
-        d: Array,
-        table: tuple[Array, ...],
-        rates: tuple[Array, Array],
-        closed: _Flags,
-        closed_before: _Flags,
-    ) -> tuple[Array, Array]:
-        """Change the velocities by an impact; return rates of the gaps and their magnitudes."""
-        gradient, rate, _, restitution = table
-        between = (restitution >= 0.0) & (restitution <= 1.0 + RATE_TOLERANCE)
-        if not between[closed].all():
-            raise ArithmeticError("a restitution is not between 0 and 1")
-        speed, size = np.where(closed_before, 0.0, rates[0]), rates[1]
-        # The least rate after the impact, and that of active contacts.
-        least = -bounce * restitution * np.minimum(speed, 0.0)
-        flags = _pushing(d, speed - least, size, closed)
-        v = self.y[self.n : 2 * self.n]
-        # A second time for what rounding has left of the first.
-        for _ in range(2):
-            targets = least - gradient @ v - rate
-            v += _require_finite(self._values("impulse", flags, targets))
-        speed = gradient @ v + rate
-        size = size + np.abs(gradient) @ np.abs(v) + np.abs(rate)
-        off = np.where(flags, np.abs(speed - least), least - speed)
-        if not (off <= IMPACT_TOLERANCES * RATE_TOLERANCE * size)[closed].all():
-            raise ArithmeticError("an impact that is not resolved")
-        return np.where(flags, least, speed), size
+    def gap_terms(self, y: Numbers, results: Numbers) -> bool:
+        return self._stored("gap_terms", y, results)
 
-    def _settled(self, d: Array, closed: _Flags) -> Array:
-        """Find the contacts among closed ones that have to push now (1, else 0)."""
-        gradient, _, bias, _ = self._gap_table()
-        a = _require_finite(self._values("rhs"))[self.n : 2 * self.n]
-        w, size = gradient @ a + bias, np.abs(gradient) @ np.abs(a) + np.abs(bias)
-        flags = _pushing(d, w, size, closed).astype(float)
-        if flags.any():
-            _require_finite(self._values("contact_multipliers", flags, np.zeros(self.count)))
-        return flags
+    def flight_rhs(self, y: Numbers, results: Numbers) -> bool:
+        return self._stored("rhs", y, results)
 
+    def impulse(self, y: Numbers, mode: Numbers, results: Numbers) -> bool:
+        return self._stored("impulse", y, results, mode)
 
-def _pushing(d: Array, w: Array, size: Array, closed: _Flags) -> _Flags:
-    """Find which closed contacts push: w + d x ≥ 0 for pushes x ≥ 0, one of both zero for each.
-
-    This is the dual method of Goldfarb and Idnani, *Math. Programming* 27 (1983) 1.
-    """
-    x, active = np.zeros(len(w)), np.zeros(len(w), dtype=bool)
-    start, sizes = np.where(np.abs(w) > RATE_TOLERANCE * size, w, 0.0), size
-    for _ in range(COMPLEMENTARITY_STEPS * (len(w) + 1)):
-        w = start + d @ x
-        size = sizes + np.abs(d) @ x
-        w[active | (np.abs(w) <= RATE_TOLERANCE * size)] = 0.0
-        violated = np.flatnonzero(closed & (w < 0.0))
-        if not violated.size:
-            return active
-        _raise_push(int(violated[0]), d, w, x, active)
-    raise _DeadlockError(np.zeros(len(w), dtype=bool))
-
-
-def _raise_push(k: int, d: Array, w: Array, x: Array, active: _Flags) -> None:
-    """Raise push k until w[k] is zero; active pushes that are used up end."""
-    while True:
-        pushing = np.flatnonzero(active)
-        r = np.linalg.solve(d[np.ix_(pushing, pushing)], d[pushing, k])
-        rise = d[k, k] - d[k, pushing] @ r
-        full = -w[k] / rise if rise > RATE_TOLERANCE else np.inf
-        ends = [(x[j] / ratio, j) for j, ratio in zip(pushing, r, strict=True) if ratio > 0.0]
-        least, first = min(ends, default=(np.inf, -1))
-        if min(full, least) == np.inf:
-            flags = np.arange(len(w)) == k
-            flags[pushing] = r < -RATE_TOLERANCE
-            raise _DeadlockError(flags)
-        x[pushing] = np.maximum(x[pushing] - min(full, least) * r, 0.0)
-        x[k] += min(full, least)
-        if full <= least:
-            active[k] = True
-            return
-        w[k] = min(w[k] + least * rise, 0.0)
-        x[first], active[first] = 0.0, False
+    def contact_multipliers(self, y: Numbers, mode: Numbers, results: Numbers) -> bool:
+        return self._stored("contact_multipliers", y, results, mode)

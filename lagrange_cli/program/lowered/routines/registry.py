@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from lagrange_cli.program.lowered.routines.bands import solve_banded, solve_sparse
 from lagrange_cli.program.lowered.routines.elimination import (
@@ -10,6 +11,7 @@ from lagrange_cli.program.lowered.routines.elimination import (
     solve_definite,
     solve_pivoted,
 )
+from lagrange_cli.program.lowered.routines.impacts import falling, reset_contacts
 from lagrange_cli.program.lowered.routines.projection import (
     is_near,
     lead_positions,
@@ -17,8 +19,9 @@ from lagrange_cli.program.lowered.routines.projection import (
 )
 from lagrange_cli.program.lowered.routines.saddle import solve_saddle
 
-#: Name → routine, which returns whether there is a solution. Those of projections follow.
-ROUTINES: Mapping[str, Callable[..., bool]] = {
+#: Name → routine; solvers return whether there is a solution. Those of projections and contacts
+#: follow.
+ROUTINES: Mapping[str, Callable[..., Any]] = {
     "banded": solve_banded,
     "columns": solve_columns,
     "definite": solve_definite,
@@ -28,4 +31,6 @@ ROUTINES: Mapping[str, Callable[..., bool]] = {
     "lead_positions": lead_positions,
     "lead_velocities": lead_velocities,
     "is_near": is_near,
+    "falling": falling,
+    "reset_contacts": reset_contacts,
 }
