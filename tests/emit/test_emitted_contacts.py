@@ -119,7 +119,7 @@ def test_both_languages_are_the_code_of_the_simulation(name, tmp_path):
 
 def test_wrong_modes_are_refused():
     module = python_of(contacts.ladder())
-    with pytest.raises(ValueError, match="not enough values to unpack"):
+    with pytest.raises(IndexError, match="index out of range"):
         module.events(0.0, np.ones(6), mode=(1,))
 
 

@@ -29,6 +29,7 @@ from lagrange_cli.program.lowered.routines.projection import (
 from lagrange_cli.program.lowered.workspace import given_size, program_workspace_size
 from lagrange_cli.program.program import Program, result_count
 
+
 def impact_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """Return ``events`` and ``reset`` of flags that stand behind the parameters.
 

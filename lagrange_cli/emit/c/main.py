@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.c.solvers import routine_texts
 from lagrange_cli.emit.c.target import CTarget, Real, c_string
 from lagrange_cli.emit.initial_state import ROWS, residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text
@@ -37,7 +38,7 @@ class CRecorded:
     Attributes
     ----------
     functions
-        Functions that evaluate them.
+        Tables of polynomials, and the function that evaluates them.
     setting
         Statements that set ``u``.
     checks
@@ -52,30 +53,26 @@ class CRecorded:
 def c_recorded(equations: Equations, target: CTarget) -> CRecorded:
     """Write the parts of ``main`` for recorded inputs."""
     prefix, real = target.prefix, target.real
-    functions, setting, checks = "", "", ""
+    tables: list[str] = []
+    setting, checks = "", ""
     for number, pieces in recorded_inputs(equations):
         name = comment_text(described_input(equations, number))
         rows = [", ".join(map(real.value, row)) for row in polynomial_rows(pieces)]
-        replacements = {
-            "@NUMBERS@": ",\n".join(f"        {{{row}}}" for row in rows),
-            "@REAL@": real.name,
-            "@NAME@": prefix,
-            "@K@": str(number),
-            "@ROWS@": str(len(rows)),
-            "@WIDTH@": str(pieces.coefficients.shape[1] + 1),
-            "@ZERO@": real.value(0.0),
-            # The last: names of files and columns may look like tokens.
-            "@TEXT@": name,
-        }
-        functions += "\n" + filled(c_template("recorded"), replacements)
-        call = f"{prefix}_recorded_{number}(t + at[stage]*h, t + at[1]*h)"
-        setting += f"        u[{number}] = {call};\n"
+        width, table = pieces.coefficients.shape[1] + 1, f"{prefix}_recording_{number}"
+        numbers = ",\n".join(f"    {row}" for row in rows)
+        tables.append(
+            f"/* {name}: starts, each with coefficients behind it. */\n"
+            f"static const {real.name} {table}[{len(rows) * width}] = {{\n{numbers}\n}};\n"
+        )
+        setting += f"        u[{number}] = {prefix}_interpolated({len(rows)}, {width}, {table},\n"
+        setting += "                t + at[stage]*h, t + at[1]*h);\n"
         ends = "" if math.isinf(pieces.end) else f" && until <= {real.value(pieces.end)}"
         says = "goes on" if math.isinf(pieces.end) else f"ends at t = {pieces.end!r}"
         message = c_string(f"{name}: begins at t = {float(pieces.starts[0])!r}, {says}")
         bounds = _C_BOUNDS.replace("@FIRST@", real.value(float(pieces.starts[0])))
         checks += bounds.replace("@UNTIL@", ends).replace("@TEXT@", message.replace("@", r"\100"))
-    return CRecorded(functions, setting, checks)
+    functions = routine_texts(["interpolated"], target) if tables else []
+    return CRecorded("\n".join([*functions, *tables]), setting, checks)
 
 
 #: Expression of C that names the reason of a nonzero status.
@@ -96,7 +93,7 @@ _BEGUN = """\
 """
 
 
-def contact_replacements(equations: Equations, real: Real, recorded: str) -> dict[str, str]:
+def contact_replacements(equations: Equations, target: CTarget, recorded: str) -> dict[str, str]:
     """Return token → text for the places in ``main`` that contacts fill; little without any.
 
     Parameters
@@ -122,11 +119,10 @@ def contact_replacements(equations: Equations, real: Real, recorded: str) -> dic
         "@ADVANCE@": "\n" + c_template("main_contacts"),
         "@MODES@": "    static int mode[@NAME@_CONTACTS];\n",
         "@BEGUN@": _BEGUN,
-        "@STEP@": _STEP.replace("step(", "advance(").replace("&p, y", "&p, mode, y"),
+        "@SEARCH@": "\n".join(routine_texts(["advance"], target)),
+        "@STEP@": _STEP.replace("step(", "follow(").replace("&p, y", "&p, mode, y"),
         **{place: _called(equations, recorded, *call) for place, call in calls.items()},
         "@CONTACTS@": ", ".join(names),
-        "@NOISE@": real.value(1024.0 * float(real.epsilon)),
-        "@ULP@": real.value(2.0 * float(real.epsilon)),
         "@MOST@": str(MOST_EVENTS_A_STEP),
         "@BOUNCES@": str(MOST_REBOUNDS),
     }
@@ -201,7 +197,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@RECORD@": recorded.setting,
         "@GIVEN_INPUTS@": "u" if recorded.setting else "0",
         **_projection(equations),
-        **contact_replacements(equations, real, recorded.setting.replace(*_NOW)),
+        **contact_replacements(equations, target, recorded.setting.replace(*_NOW)),
         **_size(equations),
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.system.inputs else "",
         "@TOLERANCE@": real.value(max(START_TOLERANCE, 1024.0 * float(real.epsilon))),

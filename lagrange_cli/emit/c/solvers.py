@@ -84,6 +84,9 @@ def _of_programs(programs: Iterable[Program]) -> Iterator[str]:
 #: Constants of routines that are not below the rounding of a short type.
 _TOLERANCES = ("RATE_TOLERANCE", "LEAST_PIVOT")
 
+#: Constants of routines that are multiples of the rounding of the type.
+_UNITS = ("NOISE", "LAST_PLACE")
+
 #: Functions of the scene that read no flags of contacts.
 _WITHOUT_FLAGS = ("flight_rhs", "rhs")
 
@@ -110,8 +113,10 @@ class _RoutineSyntax(Syntax):
         """Return a constant; a tolerance is no less than the number type's rounding asks for."""
         if name == EPSILON_NAME:
             return f"{self.target.prefix}_{EPSILON_NAME}"
-        least = 64.0 * float(self.target.real.epsilon) if name in _TOLERANCES else 0.0
-        return self.target.real.value(max(value, least))
+        real, epsilon = self.target.real, float(self.target.real.epsilon)
+        if name in _UNITS:
+            return real.value(value / 2.0**-53 * epsilon)
+        return real.value(max(value, 64.0 * epsilon) if name in _TOLERANCES else value)
 
     def counted(self, index: str) -> str:
         return f"({self.target.real.name}){index}"
@@ -125,7 +130,9 @@ class _RoutineSyntax(Syntax):
     def routine_head(self, routine: Signature) -> list[str]:
         result = self._types[routine.result]
         arguments = ", ".join(
-            self.target.handed if argument.kind in SCENE_FUNCTIONS else self._argument(argument)
+            self.target.handed(argument.kind)
+            if argument.kind in SCENE_FUNCTIONS
+            else self._argument(argument)
             for argument in routine.arguments
         )
         head = f"static {result} {self.target.prefix}_{routine.name}({arguments})"
@@ -139,13 +146,17 @@ class _RoutineSyntax(Syntax):
         return f"{'' if argument.changed else 'const '}{text}{argument.name}"
 
     def handed(self, kind: str) -> list[str]:
-        return ["t", "u", "p", "work"]
+        return ["p", "status"] if kind == "motion" else ["t", "u", "p", "work"]
 
     def evaluated(
         self, kind: str, function: str, arguments: Sequence[str]
     ) -> tuple[list[str], str]:
-        state, *_, results = arguments
         names, flags = self.target.names, ""
+        if kind == "motion":
+            *given, mode, results = arguments
+            call = f"{names.prefix}_{function}({', '.join(given)}, p, {mode}, {results})"
+            return [], f"((*status = {call}) == 0)"
+        state, *_, results = arguments
         if names.contact_from is None:
             function = function.removeprefix("flight_")
         elif function not in _WITHOUT_FLAGS:

@@ -221,10 +221,11 @@ class CTarget:
             f"const {names.prefix}_params *p, {names.further}{real} *work"
         )
 
-    @property
-    def handed(self) -> str:
+    def handed(self, kind: str) -> str:
         """Return the parameters of routines by which they call functions of the scene."""
         real = self.real.name
+        if kind == "motion":
+            return f"const {self.prefix}_params *p, int *status"
         return f"{real} t, const {real} *u, const {self.prefix}_params *p, {real} *work"
 
     def fill(self, template: str, others: Mapping[str, str] | None = None) -> str:

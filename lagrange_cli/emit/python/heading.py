@@ -202,12 +202,12 @@ def recordings(equations: Equations) -> str:
     tables = recorded_inputs(equations)
     if not tables:
         return ""
-    lines = ["# Number of the input, end, and rows: a start, coefficients from the lowest."]
+    lines = ["# Number of the input, end, numbers of a row: a start, coefficients from the lowest."]
     lines.append("RECORDED = [")
     for number, pieces in tables:
         end = repr(pieces.end).replace("inf", 'float("inf")')
         lines.append(f"    # {comment_text(described_input(equations, number))}")
-        lines.append(f"    ({number}, {end}, [")
-        lines += [f"        {row}," for row in polynomial_rows(pieces)]
+        lines.append(f"    ({number}, {end}, {pieces.coefficients.shape[1] + 1}, [")
+        lines += [f"        {', '.join(map(repr, row))}," for row in polynomial_rows(pieces)]
         lines.append("    ]),")
     return "\n".join([*lines, "]", ""])

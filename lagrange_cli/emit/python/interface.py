@@ -5,14 +5,18 @@ The methods are those of C (:mod:`lagrange_cli.emit.c.constraints`), which expla
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import ast
+from collections.abc import Iterable, Iterator, Mapping
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import ROWS, steps_per_row
-from lagrange_cli.emit.python.layout import passed_on
+from lagrange_cli.emit.python.layout import TAB, WIDTH, passed_on
+from lagrange_cli.emit.routines.signatures import Signature, routines_called
 from lagrange_cli.emit.shared_code import RECORDED_ROUNDING
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.emitted_functions import ENTRIES
+from lagrange_cli.program.lowered.routines.impacts import INSTANT, reset_arrays
 from lagrange_cli.program.lowered.routines.projection import (
     NEWTON_STEPS,
     RESIDUAL_AT_REST,
@@ -21,11 +25,8 @@ from lagrange_cli.program.lowered.routines.projection import (
 )
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.tolerances import (
-    COMPLEMENTARITY_STEPS,
-    IMPACT_TOLERANCES,
     MOST_EVENTS_A_STEP,
     MOST_REBOUNDS,
-    RATE_TOLERANCE,
 )
 from lagrange_cli.state_layout import StateLayout
 
@@ -56,6 +57,30 @@ def projection_source(equations: Equations, programs: Mapping[str, Program]) -> 
     return "\n\n".join([filled(python_template("projection"), replacements), *coupled])
 
 
+def routines_source(names: Iterable[str]) -> str:
+    """Return the source of routines with those that they call, and with their constants."""
+    routines = routines_called(names)
+    constants = dict(pair for routine in routines for pair in _constants(routine))
+    stated = "\n".join(f"{name} = {value!r}" for name, value in constants.items())
+    return "\n\n".join([*([f"{stated}\n"] if stated else []), *map(_source, routines)])
+
+
+def _constants(routine: Signature) -> Iterator[tuple[str, float]]:
+    """Yield the constants that a routine reads."""
+    nodes = (node for step in routine.statements for node in ast.walk(step))
+    for name in dict.fromkeys(node.id for node in nodes if isinstance(node, ast.Name)):
+        value = routine.constants.get(name)
+        if name not in routine.names and isinstance(value, int | float):
+            yield name, value
+
+
+def _source(routine: Signature) -> str:
+    arguments = ", ".join(argument.name for argument in routine.arguments)
+    head = wrap(f"def {routine.name}({arguments}):", WIDTH, subsequent_indent=2 * TAB)
+    body = next(k for k, line in enumerate(routine.lines) if line.lstrip().startswith('"""'))
+    return "\n".join([*head, *routine.lines[body:], ""])
+
+
 def contacts_source(equations: Equations, arguments: str) -> str:
     """Define ``events`` and ``reset``; empty where there are no contacts.
 
@@ -66,17 +91,21 @@ def contacts_source(equations: Equations, arguments: str) -> str:
     """
     if not equations.system.contacts:
         return ""
+    system = equations.system
+    n, c, m = len(system.coordinates), len(system.contacts), len(system.multipliers)
     replacements = {
         "@A@": arguments,
         "@P@": passed_on(arguments),
-        "@U@": str(len(equations.system.contacts)),
-        "@TOLERANCE@": repr(RATE_TOLERANCE),
-        "@LOOSER@": repr(IMPACT_TOLERANCES),
-        "@ULPS@": repr(2.0**-46),
-        "@STEPS@": str(COMPLEMENTARITY_STEPS),
-        **layout_tokens(equations.system.layout),
+        "@U@": str(c),
+        "@M@": str(m - c),
+        "@N@": str(n),
+        "@TWICE@": str(2 * c),
+        "@FORCES@": str(m),
+        "@SIZES@": repr(tuple(reset_arrays(n, system.layout.size, c, m).values())),
+        "@INSTANT@": repr(INSTANT),
     }
-    return filled(python_template("contacts"), replacements)
+    source = routines_source(["falling", "reset_contacts", "advance"])
+    return "\n\n".join([source, filled(python_template("contacts"), replacements)])
 
 
 def canonical_source(equations: Equations, arguments: str) -> str:
@@ -91,7 +120,9 @@ def canonical_source(equations: Equations, arguments: str) -> str:
 
 def recorded_source() -> str:
     """Define the function that looks inputs up in their recordings."""
-    return filled(python_template("recorded"), {"@ROUNDING@": repr(RECORDED_ROUNDING)})
+    replacements = {"@ROUNDING@": repr(RECORDED_ROUNDING)}
+    source = routines_source(["interpolated"])
+    return "\n\n".join([source, filled(python_template("recorded"), replacements)])
 
 
 _FIELD = "    E: np.ndarray\n"
@@ -230,7 +261,7 @@ def script_source(equations: Equations, decorator: str) -> str:
         begin = _checked(f"y, wrong = start(y, {start!r}, until, p)")
     if system.contacts:
         begin += _checked(f"y, mode, wrong = begin(y, {start!r}, until, p)")
-        begin += "    largest = np.zeros((2, len(mode)))\n"
+        begin += "    largest = np.zeros(2*len(mode))\n"
         step = "y, mode = integrate(y, t, following, steps, p, mode, largest)"
         lines = held_inputs.replace("=s +", "=t +").splitlines(keepends=True)
         held_inputs = "".join(line[4:] for line in lines)
@@ -253,8 +284,6 @@ def script_source(equations: Equations, decorator: str) -> str:
         "@REASON@": f"{reason}, or a recording ends" if recorded else reason,
         "@TOLERANCE@": repr(START_TOLERANCE),
         "@ROUNDING@": repr(64 * _ROUNDING),
-        "@NOISE@": repr(1024 * _ROUNDING),
-        "@ULP@": repr(2 * _ROUNDING),
         "@EVENTS@": str(MOST_EVENTS_A_STEP),
         "@BOUNCES@": str(MOST_REBOUNDS),
     }

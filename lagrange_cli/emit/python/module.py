@@ -200,7 +200,6 @@ class _Module:
 
     def _imports(self, words: set[str]) -> str:
         plain = [] if self.traced else ["import sys"]
-        plain += ["from bisect import bisect_right"] if "bisect_right" in words else []
         plain += ["from functools import partial"] if "partial" in words else []
         lines = [*plain, "from typing import NamedTuple", "", *self.vocabulary.imports, ""]
         return "\n".join(lines)

@@ -82,6 +82,10 @@ class Syntax(ABC):
         """Return an integer, which is not negative, as a number; a sum stands in parentheses."""
         return index
 
+    def whole_quotient(self, left: str, right: str) -> str:
+        """Return the quotient of two integers without its fraction."""
+        return f"{left}/{right}"
+
     def element_text(self, name: str, index: str) -> str:
         """Return a number of an array, by an index from ``first`` on."""
         return f"{name}[{index}]"

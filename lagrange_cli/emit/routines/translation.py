@@ -262,6 +262,9 @@ class _Writer:
         raise refused(node, "unknown expression")
 
     def _arithmetic(self, node: ast.BinOp) -> tuple[str, int]:
+        if isinstance(node.op, ast.FloorDiv):
+            parts = (self._at_least(_ATOM, part) for part in (node.left, node.right))
+            return self.language.whole_quotient(*parts), _PRODUCT
         binding = _SUM if isinstance(node.op, ast.Add | ast.Sub) else _PRODUCT
         real = self.signature.kind(node) == "real"
         left = self._at_least(binding, node.left, real=real)

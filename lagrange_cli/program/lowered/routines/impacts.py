@@ -159,10 +159,11 @@ def reset_contacts(
         mode[c + k] = 0.0
         if mode[k] > 0.0:
             pushing = True
-    if pushing:
-        if not contacts.contact_multipliers(y, mode, force):
-            clear(c, mode)
-            return UNDETERMINED
+    if not pushing:
+        return 0
+    if not contacts.contact_multipliers(y, mode, force):
+        clear(c, mode)
+        return UNDETERMINED
     return 0
 
 
@@ -240,17 +241,15 @@ def respond(
         clear(c, mode)
         mode[k] = 1.0
         mode[c + k] = 1.0
-        for i in range(n):
-            change[i] = 0.0
+        moves = False
         if closed[k] > 0.0:
-            if not contacts.impulse(y, mode, change):
-                # One that the closures alone hold back takes no impulse.
-                for i in range(n):
-                    change[i] = 0.0
+            moves = contacts.impulse(y, mode, change)
+        # One that the closures alone hold back takes no impulse.
         for j in range(c):
             d[j * c + k] = 0.0
             for i in range(n):
-                d[j * c + k] += terms[j * n + i] * change[i]
+                if moves:
+                    d[j * c + k] += terms[j * n + i] * change[i]
 
 
 def collide(

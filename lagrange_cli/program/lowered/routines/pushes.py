@@ -104,10 +104,9 @@ def raise_push(
                 if j == k or r[j] < -RATE_TOLERANCE:
                     active[j] = 1.0
             return False
-        if rise > RATE_TOLERANCE:
-            if first == n or -w[k] / rise <= least:
-                first = n
-                least = -w[k] / rise
+        if rise > RATE_TOLERANCE and (first == n or -w[k] / rise <= least):
+            first = n
+            least = -w[k] / rise
         for j in range(n):
             if active[j] > 0.0:
                 x[j] -= least * r[j]

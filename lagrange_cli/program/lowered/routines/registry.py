@@ -11,16 +11,18 @@ from lagrange_cli.program.lowered.routines.elimination import (
     solve_definite,
     solve_pivoted,
 )
+from lagrange_cli.program.lowered.routines.event_search import advance
 from lagrange_cli.program.lowered.routines.impacts import falling, reset_contacts
 from lagrange_cli.program.lowered.routines.projection import (
     is_near,
     lead_positions,
     lead_velocities,
 )
+from lagrange_cli.program.lowered.routines.recordings import interpolated
 from lagrange_cli.program.lowered.routines.saddle import solve_saddle
 
-#: Name → routine; solvers return whether there is a solution. Those of projections and contacts
-#: follow.
+#: Name → routine; solvers return whether there is a solution. Those of projections,
+#: contacts and recordings follow.
 ROUTINES: Mapping[str, Callable[..., Any]] = {
     "banded": solve_banded,
     "columns": solve_columns,
@@ -33,4 +35,6 @@ ROUTINES: Mapping[str, Callable[..., Any]] = {
     "is_near": is_near,
     "falling": falling,
     "reset_contacts": reset_contacts,
+    "advance": advance,
+    "interpolated": interpolated,
 }

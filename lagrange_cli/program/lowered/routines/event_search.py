@@ -1,0 +1,97 @@
+"""Steps of a script to events of contacts, whose times are bisected until only rounding is left."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from lagrange_cli.program.lowered.routines.numbers import Array, Integers
+
+#: Part of the largest number so far that is noise: no event falls through it.
+NOISE = 2.0**-43
+
+#: Part of a time that is one unit in its last place.
+LAST_PLACE = 2.0**-52
+
+
+class Motion(Protocol):
+    """A motion in a mode, 1 for each closed contact: functions tell whether there are results.
+
+    ``moved`` stores the state a step of size h behind a start, ``falls`` what falls through zero
+    where contacts open or close.
+    """
+
+    def step(self, t: float, h: float, start: Array, mode: Integers, results: Array, /) -> bool: ...
+
+    def events(self, t: float, y: Array, mode: Integers, results: Array, /) -> bool: ...
+
+
+def advance(
+    n: int,
+    c: int,
+    motion: Motion,
+    t: float,
+    h: float,
+    mode: Integers,
+    y: Array,
+    start: Array,
+    before: Array,
+    values: Array,
+    largest: Array,
+    taken: Array,
+) -> int:
+    """Advance the n numbers of a state from t by h, or to the first event of c contacts.
+
+    Return the number of the contact, c without an event, c + 1 without a result; the time that it
+    took is stored in taken. largest holds the largest numbers so far, of open contacts, then of
+    closed ones. start, before and values are overwritten.
+    """
+    for i in range(n):
+        start[i] = y[i]
+    taken[0] = h
+    if not motion.falls(t, y, mode, before):
+        return c + 1
+    event = c
+    early = 0.0
+    late = h
+    trial = h
+    searching = True
+    while searching:
+        if not motion.moved(t, trial, start, mode, y):
+            return c + 1
+        if not motion.falls(t + trial, y, mode, values):
+            return c + 1
+        due = first_due(c, mode, before, values, largest)
+        if due == c and event == c:
+            return c
+        if due < c:
+            event = due
+            late = trial
+        else:
+            early = trial
+        trial = early + (late - early) / 2.0
+        searching = early < trial and trial < late and late - early > LAST_PLACE * abs(t)
+    taken[0] = late
+    if not motion.moved(t, late, start, mode, y):
+        return c + 1
+    return event
+
+
+def first_due(c: int, mode: Integers, before: Array, values: Array, largest: Array) -> int:
+    """Return the first of c contacts that has to open or close, c without any.
+
+    Numbers are measured by the largest so far, so that rounding is no event; nor is what was below
+    zero before (a gap that only touches).
+    """
+    due = c
+    for k in range(c):
+        place = k
+        if mode[k] > 0:
+            place = c + k
+        if abs(values[k]) > largest[place]:
+            largest[place] = abs(values[k])
+        least = -NOISE * largest[place]
+        if before[k] < 0.0:
+            least += before[k]
+        if due == c and values[k] < least:
+            due = k
+    return due
