@@ -153,8 +153,9 @@ class _RoutineSyntax(Syntax):
     ) -> tuple[list[str], str]:
         names, flags = self.target.names, ""
         if kind == "motion":
-            *given, mode, results = arguments
-            call = f"{names.prefix}_{function}({', '.join(given)}, p, {mode}, {results})"
+            *moments, mode, results = arguments
+            named = {"step": "moved"}.get(function, function)
+            call = f"{names.prefix}_{named}({', '.join(moments)}, p, {mode}, {results})"
             return [], f"((*status = {call}) == 0)"
         state, *_, results = arguments
         if names.contact_from is None:

@@ -13,22 +13,27 @@ from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.initial_state import require_coordinates
-from lagrange_cli.emit.languages.interface import Interface, Quantity, interface_of
+from lagrange_cli.emit.languages.cpp_program import (
+    contacts_text,
+    main_text,
+    project_text,
+    recorded_text,
+    string_literal,
+)
+from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
     Language,
-    arguments_read,
     functions_called,
     module_functions,
-    projection_text,
 )
+from lagrange_cli.emit.languages.values import Quantity, takes_mode
 from lagrange_cli.emit.naming import C_HEADERS, C_RESERVED, file_stem, unique_identifiers
-from lagrange_cli.emit.routines.signatures import Signature
+from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
-from lagrange_cli.emit.template_files import filled, template
-from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
+from lagrange_cli.emit.template_files import template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
-from lagrange_cli.program.lowered.functions import Function, Solve, names_read, operands_in
+from lagrange_cli.program.lowered.functions import Function, Solve, operands_in
 from lagrange_cli.program.printing import functions_in
 
 if TYPE_CHECKING:
@@ -79,8 +84,6 @@ class Cpp(Language):
     whole: ClassVar = {"max": "std::max", "min": "std::min"}
     reserved: ClassVar = C_RESERVED | frozenset(_WORDS.split()) | frozenset(PROGRAM_FUNCTIONS)
 
-    inputs_argument = "const std::array<T, {}>& u, "
-
     #: Index of the result of a function that returns a number, and what is returned of none.
     _number, _undefined = "", ""
 
@@ -97,13 +100,16 @@ class Cpp(Language):
         return "detail::rounding<T>()"
 
     def head(self, function: Function, documentation: str) -> list[str]:
-        is_inner = function.name in INTERNAL_FUNCTIONS
+        is_inner = self.is_inner(function)
         state = f"const std::array<T, {function.layout.size}>& y"
         arguments = ["T t", "const T* y" if is_inner else state]
-        if function.driven and function.name != "inputs":
+        if self.interface.takes_inputs(function):
             arguments.append(f"const std::array<T, {function.driven}>& u")
         arguments.append("const Params<T>& p" + ("" if is_inner else " = {}"))
         taken = ["t", "y", *(["u"] if len(arguments) > 3 else []), "p"]
+        if takes_mode(function):
+            arguments.append("const T* mode")
+            taken.append("mode")
         size = prod(function.shape)
         result = f"std::array<T, {size}>" if function.shape else "T"
         if is_inner:
@@ -116,7 +122,7 @@ class Cpp(Language):
             lines = [f"{self.tab}{a}{c}" for a, c in zip(arguments, commas, strict=True)]
             declared = [begins, *lines]
         called = functions_in(operands_in(function.body)).difference(_OWN)
-        read = arguments_read(function)
+        read = self.arguments_read(function)
         return [
             f"/// {documentation}",
             "template <class T>",
@@ -128,16 +134,16 @@ class Cpp(Language):
         ]
 
     def foot(self, function: Function) -> list[str]:
-        is_inner = function.name in INTERNAL_FUNCTIONS
+        is_inner = self.is_inner(function)
         return [f"{self.tab}return {'true' if is_inner else f'out{self._number}'};", "}"]
 
     def inputs_of(self, function: Function) -> list[str]:
         self._number = "" if function.shape else "[0]"
         self._undefined = f"detail::undefined(out){self._number}"
-        if function.name in INTERNAL_FUNCTIONS:
+        if self.is_inner(function):
             self._undefined = "false"
         lines = super().inputs_of(function)
-        whole = "p" in names_read(function.body)
+        whole = self.reads_parameters(function)
         return [*lines, "const auto values = to_array(p);"] if whole else lines
 
     def argument(self, letter: str, number: int) -> str:
@@ -190,24 +196,28 @@ class Cpp(Language):
 
     def routine_head(self, routine: Signature) -> list[str]:
         kinds = _KINDS | {"reals": "const T*", "integers": "const std::size_t*", "none": "void"}
-        driven = self.inputs_argument.format(len(self.interface.inputs)) * self.closures_driven
+        handed = {"t": "T t", "p": "const Params<T>& p", "mode": "const T* mode"}
+        handed["u"] = f"const std::array<T, {len(self.interface.inputs)}>& u"
         arguments = ", ".join(
-            f"T t, {driven}const Params<T>& p"
-            if a.kind == "closures"
+            ", ".join(handed[name] for name in self.handed(a.kind))
+            if a.kind in SCENE_FUNCTIONS
             else f"{'T*' if a.changed else kinds[a.kind]} {a.name}"
             for a in routine.arguments
         )
         return [
             *(f"/// {line}".rstrip() for line in routine.documentation),
             "template <class T>",
-            f"{kinds[routine.result]} {routine.name}({arguments})",
+            *self.broken_head(f"{kinds[routine.result]} {routine.name}({arguments})"),
             "{",
             f"{self.tab}using std::abs;",
             f"{self.tab}using std::sqrt;",
         ]
 
-    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
-        return [], f"{function}(t, {y}, {'u, ' * self.closures_driven}p, {results})"
+    def evaluated(
+        self, kind: str, function: str, arguments: Sequence[str]
+    ) -> tuple[list[str], str]:
+        name, passed = self.passed(kind, function, arguments[:-1])
+        return [], f"{name}({', '.join([*passed, arguments[-1]])})"
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"{'const ' if fixed else ''}{_KINDS[kind]} {name} = {text};"
@@ -235,17 +245,18 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     InternalError
         An expression holds something without counterpart in C++.
     InputError
-        A constant is outside the range of a double, the scene has contacts or recordings, or
-        ``main`` is asked for where nothing can move.
+        A constant is outside the range of a double, a recording is too long, or ``main`` is asked
+        for where nothing can move.
     """
     if options["main"]:
         require_coordinates(equations)
-    interface = interface_of(equations, "cpp", Cpp.reserved, jacobian=bool(options["jacobian"]))
+    interface = interface_of(equations, Cpp.reserved, jacobian=bool(options["jacobian"]))
     language = Cpp(interface)
     functions = module_functions(language)
-    projected = projection_text(language, "cpp", "project.hpp", "positions.hpp")
-    routines = routine_texts(language)
+    around = [recorded_text(language), contacts_text(language), project_text(language)]
     (name,) = unique_identifiers([interface.name], frozenset(_GLOBAL.split()))
+    main = [main_text(language, name).strip()] if options["main"] else []
+    routines = routine_texts(language)
     guard = f"LAGRANGE_{name}_HPP"
     parts = [
         "\n".join(language.commented([*interface.heading, "", *_NOTES])),
@@ -254,12 +265,12 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
         f"namespace {name} {{",
         template("cpp", "detail.hpp").replace("@OWN@", _own(language)).rstrip(),
         "\n".join(_constants(language)),
-        "\n".join(_parameters(interface)),
+        "\n".join(_parameters(language)),
         *routines,
         *functions,
-        *filter(None, [projected.rstrip()]),
+        *filter(None, around),
         f"}} // namespace {name}",
-        *([_main(language, name).strip()] if options["main"] else []),
+        *main,
         "#endif",
     ]
     return {f"{file_stem(equations.presentation.name, C_HEADERS)}.hpp": "\n\n".join(parts) + "\n"}
@@ -300,21 +311,13 @@ def _names(kind: str, quantities: tuple[Quantity, ...]) -> Iterator[str]:
         yield f"/// {kind.capitalize()}s, in their order."
         size = len(quantities)
         yield f"inline constexpr std::array<const char*, {size}> {kind}_names{{"
-        yield from (f"    {_string(quantity.name)}," for quantity in quantities)
+        yield from (f"    {string_literal(quantity.name)}," for quantity in quantities)
         yield "};"
 
 
-def _string(text: str) -> str:
-    """Return a literal of a text, in ASCII; octal digits end after three."""
-    plain = "".join(
-        c if " " <= c <= "~" and c not in '"\\?' else "".join(f"\\{b:03o}" for b in c.encode())
-        for c in text
-    )
-    return f'"{plain}"'
-
-
-def _parameters(interface: Interface) -> Iterator[str]:
+def _parameters(language: Cpp) -> Iterator[str]:
     """Yield the structure of the parameters with their values in the scene."""
+    interface = language.interface
     fields = interface.parameters
     missing = "T(std::numeric_limits<double>::quiet_NaN())"
     yield "/// Parameters as the scene has them; NaN stands for values that must be given."
@@ -324,7 +327,8 @@ def _parameters(interface: Interface) -> Iterator[str]:
         value = missing if field.value is None else f"T({field.value!r})"
         yield f"    T {field.identifier} = {value}; // {field.note}"
     yield "};"
-    if any("p" in names_read(function.body) for function, _ in interface.functions):
+    functions = (function for function, _ in (*interface.functions, *interface.inner))
+    if any(map(language.reads_parameters, functions)):
         yield ""
         yield "template <class T>"
         yield f"std::array<T, {len(fields)}> to_array(const Params<T>& p)"
@@ -332,33 +336,3 @@ def _parameters(interface: Interface) -> Iterator[str]:
         yield "    return {"
         yield from (f"        p.{field.identifier}," for field in fields)
         yield from ("    };", "}")
-
-
-def _main(language: Cpp, name: str) -> str:
-    interface, projection = language.interface, language.interface.projection
-    size, fields = interface.layout.size, interface.parameters
-    names = [*interface.state, *(field.name for field in fields), "until", "steps"]
-    values = [
-        *(interface.initial or [None] * size),
-        *(field.value for field in fields),
-        interface.until,
-        float(interface.steps),
-    ]
-    set_ = (f"    p.{f.identifier} = values[{size + k}];\n" for k, f in enumerate(fields))
-    return filled(
-        template("cpp", "main.hpp"),
-        {
-            "@U@": "inputs(at, s, p), " if interface.inputs else "",
-            "@LED@": "" if projection is None else template("cpp", "project_at.hpp") + "\n",
-            "@BEGUN@": "" if projection is None else template("cpp", "begin.hpp"),
-            "@STEPPED@": "next" if projection is None else "project_at(t + h, next, p)",
-            "@GIVEN@": "inputs(t, y, p), " if language.closures_driven else "",
-            "@NAMES@": ", ".join(map(_string, names)),
-            "@VALUES@": ", ".join("NAN" if x is None else repr(x) for x in values),
-            "@SET@": "".join(set_),
-            "@START@": repr(interface.start),
-            "@ROWS@": str(interface.rows),
-            "@STATE@": f"2*{name}::dof" + f" + {name}::states" * bool(interface.states),
-            "@NAME@": name,
-        },
-    )

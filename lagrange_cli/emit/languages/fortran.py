@@ -14,24 +14,29 @@ from textwrap import indent
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.initial_state import require_coordinates
+from lagrange_cli.emit.languages.fortran_procedures import (
+    contacts_text,
+    integrate_text,
+    project_text,
+    recorded_text,
+    recording_lines,
+)
 from lagrange_cli.emit.languages.fortran_program import (
     helper_functions,
     main_program,
-    projected_lines,
-    projection_subroutine,
+    quoted_text,
 )
-from lagrange_cli.emit.languages.interface import Interface, Projection, interface_of
+from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import (
     COUNTERS,
     FunctionCalled,
     Language,
-    arguments_read,
     local_arrays,
 )
-from lagrange_cli.emit.naming import file_stem
-from lagrange_cli.emit.routines.signatures import Argument, Signature
+from lagrange_cli.emit.languages.values import Interface, takes_mode
+from lagrange_cli.emit.naming import comment_text, file_stem
+from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Argument, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
-from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
 from lagrange_cli.program.lowered.functions import (
     RESULTS,
@@ -123,11 +128,12 @@ class Fortran(Language):
         return [f"{self.tab}{line}" for line in lines]
 
     def head(self, function: Function, documentation: str) -> list[str]:
-        driven = ", u" if is_driven(function) else ""
+        further = ", u" if self.interface.takes_inputs(function) else ""
+        further += ", p, mode" if takes_mode(function) else ", p"
         out = "out" if not function.shape else f"out({prod(function.shape)})"
         return [
             f"!> {documentation}",
-            f"pure subroutine {function.name}(t, y{driven}, p, out, status)",
+            f"pure subroutine {function.name}(t, y{further}, out, status)",
             *(f"{self.tab}{line}" for line in self._arguments(function, out)),
             *(f"{self.tab}{line}" for line in self._declared(function)),
             f"{self.tab}status = 0",
@@ -136,15 +142,18 @@ class Fortran(Language):
 
     def _arguments(self, function: Function, out: str) -> Iterator[str]:
         yield f"real(wp), intent(in) :: t, y({function.layout.size})"
-        if is_driven(function):
+        if self.interface.takes_inputs(function):
             yield f"real(wp), intent(in) :: u({function.driven})"
         yield "type(parameters), intent(in) :: p"
+        if self.interface.contacts is not None and takes_mode(function):
+            yield f"real(wp), intent(in) :: mode({2 * self.interface.contacts.count})"
         yield f"real(wp), intent(out) :: {out}"
         yield "integer, intent(out) :: status"
 
     def _declared(self, function: Function) -> Iterator[str]:
         """Declare what a function names, and mark the arguments that it does not read."""
         body, read = function.body, names_read(function.body)
+        used = self.arguments_read(function)
         names = [name for name in self.interface.names if name[0] != "p" and name in read]
         local = {self.interface.names[name]: None for name in names}
         local |= {step.name: None for step in steps_in(body) if isinstance(step, Let)}
@@ -155,24 +164,24 @@ class Fortran(Language):
             yield f"real(wp){', allocatable' * large} :: {array}({':' if large else size})"
         if calls := self.functions_called_by(function):
             yield f"real(wp) :: given({sum(call.size for call in calls)})"
-        if "p" in read:
-            yield f"real(wp) :: p_values({function.parameters})"
+        if self.reads_parameters(function):
+            yield f"real(wp) :: p_values({len(self.interface.parameters)})"
         if any(isinstance(step, Solve) for step in steps_in(body)):
             yield f"{_TYPES['bool']}found"
         totals = any(isinstance(step, Total) for step in steps_in(body))
         counters = COUNTERS[: max(loop_depth(_without_check(function)), int(totals))]
         if counters:
             yield f"integer :: {', '.join(counters)}"
-        used = arguments_read(function)
         unused = [name for name in ("t", "y", "p") if name not in used]
-        unused += ["u"] if is_driven(function) and "u" not in used else []
+        unused += ["u"] if self.interface.takes_inputs(function) and "u" not in used else []
+        unused += ["mode"] if takes_mode(function) and "mode" not in used else []
         if unused:
             yield f"associate ({', '.join(f'unused_{name} => {name}' for name in unused)})"
             yield "end associate"
 
     def inputs_of(self, function: Function) -> list[str]:
         lines = super().inputs_of(function)
-        if "p" in names_read(function.body):
+        if self.reads_parameters(function):
             fields = ", ".join(f"p%{p.identifier}" for p in self.interface.parameters)
             lines += self.broken(f"p_values = [{fields}]")
         return lines
@@ -210,7 +219,7 @@ class Fortran(Language):
     def call_results(self, calls: Sequence[FunctionCalled]) -> list[str]:
         lines: list[str] = []
         for call in calls:
-            driven = ", u" if is_driven(call.function) else ""
+            driven = ", u" if self.interface.takes_inputs(call.function) else ""
             place = f"given({call.start + 1}:{call.start + call.size})"
             called = f"call {call.function.name}(t, y{driven}, p, {place}, status)"
             lines += [called, "if (status /= 0) return"]
@@ -229,28 +238,25 @@ class Fortran(Language):
 
     # -- routines --------------------------------------------------------------------
 
-    @property
-    def inputs_of_closures(self) -> list[str]:
-        """The argument that functions of closures take besides t, y and p, if there is any."""
-        projection = self.interface.projection
-        return ["u"] if projection is not None and projection.driven else []
-
-    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
-        arguments = ["t", y, *self.inputs_of_closures, "p", results, "status"]
-        return [f"call {function}({', '.join(arguments)})"], "status == 0"
+    def evaluated(
+        self, kind: str, function: str, arguments: Sequence[str]
+    ) -> tuple[list[str], str]:
+        name, passed = self.passed(kind, function, arguments[:-1])
+        call = f"call {name}({', '.join([*passed, arguments[-1], 'status'])})"
+        return self.broken(call), "status == 0"
 
     def routine_head(self, routine: Signature) -> list[str]:
         names = []
         for argument in routine.arguments:
-            of_closures = ["t", *self.inputs_of_closures, "p"]
-            names += of_closures if argument.kind == "closures" else [argument.name]
+            is_scene = argument.kind in SCENE_FUNCTIONS
+            names += self.handed(argument.kind) if is_scene else [argument.name]
         begins = f"pure function {routine.name}({', '.join(names)}) result({_RESULT})"
         if _changes(routine):
             passed = ", ".join([*names, *([] if routine.result == "none" else [_RESULT])])
             begins = f"pure subroutine {routine.name}({passed})"
         documentation = (f"!> {line}".rstrip() for line in routine.documentation)
         lines = (f"{self.tab}{line}" for line in self._of_routine(routine))
-        return [*documentation, begins, *lines]
+        return [*documentation, *self.broken(begins), *lines]
 
     def _of_routine(self, routine: Signature) -> Iterator[str]:
         """Declare what a routine returns, takes and names."""
@@ -265,15 +271,19 @@ class Fortran(Language):
         for kind in dict.fromkeys(r.result for r in routine.called if _changes(r)):
             if kind != "none":
                 yield f"{_TYPES[kind]}{_TAKEN[kind]}"
-        if any(argument.kind == "closures" for argument in routine.arguments):
+        if routine.evaluates:
             yield "integer :: status"
 
     def _of_argument(self, argument: Argument) -> list[str]:
-        """Declare an argument of a routine, or those by which functions of closures are called."""
-        if argument.kind == "closures":
-            u = [f"real(wp), intent(in) :: u({len(self.interface.inputs)})"]
-            head = ["real(wp), intent(in) :: t", "type(parameters), intent(in) :: p"]
-            return [*head, *(u if self.inputs_of_closures else [])]
+        """Declare an argument of a routine, or those by which functions of the scene are called."""
+        if argument.kind in SCENE_FUNCTIONS:
+            declared = {
+                "t": "real(wp), intent(in) :: t",
+                "u": f"real(wp), intent(in) :: u({len(self.interface.inputs)})",
+                "p": "type(parameters), intent(in) :: p",
+                "mode": "real(wp), intent(in) :: mode(*)",
+            }
+            return [declared[name] for name in self.handed(argument.kind)]
         intent = f", intent({'inout' if argument.changed else 'in'}) ::"
         size = "(*)" if argument.kind in ("reals", "integers") else ""
         return [f"{_TYPES[argument.kind].replace(' ::', intent)}{argument.name}{size}"]
@@ -329,11 +339,6 @@ def _changes(routine: Signature) -> bool:
     return any(argument.changed for argument in routine.arguments)
 
 
-def is_driven(function: Function) -> bool:
-    """Tell whether a function is handed inputs."""
-    return bool(function.driven) and function.name != "inputs"
-
-
 def _without_check(function: Function) -> tuple[Step, ...]:
     """The statements before the check of the results, which needs no loop here."""
     return function.body[:-1] if prod(function.shape) else function.body
@@ -368,51 +373,51 @@ def _constants(language: Fortran) -> Iterator[str]:
         yield ""
         yield "!> Initial state."
         yield from language.broken(f"real(wp), parameter :: initial({len(initial)}) = [{values}]")
+    yield from recording_lines(language)
+    contacts = language.interface.contacts
+    if contacts is not None:
+        yield ""
+        yield "!> Names of the contacts, in the order of a mode."
+        head = f"character(len=*), parameter :: contact_names({contacts.count}) = &"
+        width = max(map(len, map(comment_text, contacts.names)))
+        yield head
+        quoted = ", &\n    ".join(map(quoted_text, contacts.names))
+        yield f"  [character(len={width}) :: {quoted}]"
     for name, table in language.tables.items():
         values = ", ".join(map(str, table))
         yield from language.broken(f"integer, parameter :: {name}({len(table)}) = [{values}]")
 
 
-def _project(language: Fortran, projection: Projection) -> str:
-    language.routines |= {"lead_velocities", "is_near"}
-    language.routines |= {"lead_positions"} if projection.positions else set()
-    return projection_subroutine(language.interface, projection, language.inputs_of_closures)
-
-
 def _module(language: Fortran) -> str:
     interface = language.interface
-    projection = interface.projection
-    inner = () if projection is None else projection.functions
+    projection, contacts = interface.projection, interface.contacts
     functions = [
-        "\n".join(language.function_lines(*pair)) for pair in (*interface.functions, *inner)
+        "\n".join(language.function_lines(*pair))
+        for pair in (*interface.functions, *interface.inner)
     ]
-    functions += [] if projection is None else [_project(language, projection)]
+    functions += [recorded_text(language)] if interface.recorded else []
+    functions += [] if contacts is None else [contacts_text(language, contacts)]
+    functions += [] if projection is None else [project_text(language, projection)]
+    integrate = integrate_text(language)
     functions += [indent(text, language.tab) for text in routine_texts(language)]
     names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
     names += [] if interface.initial is None else ["initial"]
-    names += [] if projection is None else ["project", "is_near"]
-    size = interface.layout.size
-    driven = ["call inputs(s, y + at(stage)*h*slope, p, u, status)", "if (status /= 0) return"]
-    integrate = {
-        "@STATES@": str(size),
-        "@INPUTS@": f", u({len(interface.inputs)})" if interface.inputs else "",
-        "@DRIVEN@": "".join(f"        {x}\n" for x in driven if interface.inputs),
-        "@GIVEN@": "u, " if interface.inputs else "",
-        "@PROJECTED@": projected_lines(language.inputs_of_closures, "t + (step + 1)*h", "y")
-        if projection
-        else "",
-    }
+    names += ["recorded"] if interface.recorded else []
+    names += [] if projection is None else ["project"]
+    names += ["is_near"] if interface.closed else []
+    names += [] if contacts is None else [*contacts.public, "events", "reset", "contact_names"]
     parts = [
         "\n".join(language.commented(interface.heading)),
         f"module {interface.name}\n"
-        "  use, intrinsic :: iso_fortran_env, only: real64\n"
-        "  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan\n"
+        f"  use, intrinsic :: iso_fortran_env, only: real64{', error_unit' if contacts else ''}\n"
+        "  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan"
+        f"{', ieee_value, ieee_quiet_nan' if interface.recorded else ''}\n"
         "  implicit none\n  private\n"
         + "\n".join(f"  {x}" for x in language.broken(f"public :: {', '.join(names)}")),
         "\n".join(f"  {line}".rstrip() for line in _constants(language)),
         "contains",
         *functions,
-        filled(template("fortran", "integrate.f90"), integrate).rstrip("\n"),
+        integrate,
         *helper_functions("".join(functions)),
         f"end module {interface.name}\n",
     ]
@@ -427,14 +432,13 @@ def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dic
     InternalError
         An expression holds something without counterpart in Fortran.
     InputError
-        A constant is outside the range of a double, the scene has contacts or recordings, or
-        ``main`` is asked for where nothing can move.
+        A constant is outside the range of a double, a recording is too long, or ``main`` is asked
+        for where nothing can move.
     """
     if options["main"]:
         require_coordinates(equations)
     interface = interface_of(
         equations,
-        "fortran",
         Fortran.reserved,
         jacobian=bool(options["jacobian"]),
         caseless=True,

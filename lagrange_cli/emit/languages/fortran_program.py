@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from lagrange_cli.emit.languages.interface import Interface, Projection
+from lagrange_cli.emit.languages.values import Interface
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 
 #: Constants of one statement.
 _A_STATEMENT = 200
@@ -28,15 +29,35 @@ def main_program(interface: Interface) -> str:
     width = max(map(len, map(comment_text, names)))
     fields = ", ".join(f"values({states + 1 + k})" for k, _ in enumerate(interface.parameters))
     lists = {
-        "names": [*map(_quoted, names)],
+        "names": [*map(quoted_text, names)],
         "values": [f"{x or 0.0!r}_wp" for x in values],
         "known": [f".{x is not None}.".lower() for x in values],
     }
-    projection = interface.projection
+    contacts = interface.contacts
+    used = ["project", "is_near"] if interface.closed else []
+    used += ["events", "reset", "contact_names"] if contacts else []
+    used += ["inputs"] if interface.inputs and (contacts or interface.closed) else []
+    used += ["recorded"] if interface.recorded and (contacts or interface.closed) else []
+    begun = template("fortran", "begin.f90") if interface.closed else ""
+    begun += template("fortran", "begin_contacts.f90") if contacts else ""
+    count = contacts.count if contacts else 0
+    declared = [f"real(wp) :: u({len(interface.inputs)})"] if "inputs" in used else []
+    declared += [f"integer :: mode({count})", f"real(wp) :: gaps({count})"] if count else []
+    declared += [f"real(wp) :: largest({2 * count})"] if count else []
     replacements = {
-        "@USED@": ", project, is_near" if projection else "",
-        "@BEGUN@": _begun(interface) if projection else "",
-        "@STATED@": f", stated({states})" if projection else "",
+        "@USED@": "".join(f", {name}" for name in used),
+        "@BEGUN@": begun,
+        "@INPUTS@": _inputs(interface),
+        "@U@": "u, " if interface.inputs else "",
+        "@IN@": "mode, " if contacts else "",
+        "@FREE@": "mode, " if contacts else "",
+        "@LARGEST@": "mode, largest, " if contacts else "",
+        "@DECLARED@": "".join(f"  {line}\n" for line in declared),
+        "@CLEARED@": "  mode = 0\n  largest = 0.0_wp\n" if contacts else "",
+        "@N@": str(len(interface.coordinates)),
+        "@C@": str(count),
+        "@TOLERANCE@": f"{START_TOLERANCE!r}_wp",
+        "@STATED@": f", stated({states})" if interface.closed else "",
         "@NAME@": interface.name,
         "@STATES@": str(states),
         "@ROWS@": str(interface.rows),
@@ -70,49 +91,16 @@ def _broken(texts: Sequence[str]) -> str:
     return ", &\n    ".join(map(", ".join, lines))
 
 
-def _begun(interface: Interface) -> str:
-    """Return the lines that lead the start to the closures, and stop where it is not near them."""
-    inputs = len(interface.inputs)
-    assert interface.projection is not None
-    driven = "u, " if interface.projection.driven else ""
-    text = template("fortran", "begin.f90")
-    input_lines = "    call inputs(start, y, p, u, status)\n" * bool(driven)
-    declared = f"    real(wp) :: u({inputs})\n" * bool(driven)
-    tokens = {"@U@": driven, "@INPUTS@": input_lines, "@DECLARED@": declared}
-    return filled(text, {**tokens, "@N@": str(len(interface.coordinates))})
+def _inputs(interface: Interface) -> str:
+    """Return the line that evaluates the inputs at the start."""
+    recorded = "recorded(start, start), " if interface.recorded else ""
+    line = f"  call inputs(start, y, {recorded}p, u, status)\n"
+    return line if interface.inputs else ""
 
 
-def _quoted(text: str) -> str:
+def quoted_text(text: str) -> str:
+    """Return a literal of a text."""
     return "'" + comment_text(text).replace("'", "''") + "'"
-
-
-def projected_lines(u: Sequence[str], t: str, y: str) -> str:
-    """Return the lines that lead a state back to the closures, by inputs u at its time, if any."""
-    lines = [f"call inputs({t}, {y}, p, u, status)"] if u else []
-    lines += [f"call project({', '.join([t, y, *u, 'p', 'status'])})", "if (status /= 0) return"]
-    return "".join(f"      {line}\n" for line in lines)
-
-
-def projection_subroutine(interface: Interface, projection: Projection, u: Sequence[str]) -> str:
-    """Return the subroutine ``project``, of functions that take inputs u, if any."""
-    positions, m = projection.positions, projection.closures
-    n = len(interface.coordinates)
-    first = ""
-    if positions:
-        passed = ", ".join([str(n), str(positions), "t", *u, "p", "y", "error", "square", "change"])
-        lines = [f"call lead_positions({passed}, found)", "status = merge(0, 1, found)"]
-        first = "".join(f"    {line}\n" for line in [*lines, "if (.not. found) return"])
-    replacements = {
-        "@U@": "u, " if u else "",
-        "@STATES@": str(interface.layout.size),
-        "@DECLARED@": f"    real(wp), intent(in) :: u({len(interface.inputs)})\n" * len(u),
-        "@TWICE@": str(2 * m),
-        "@SQUARE@": f", square({positions})" if positions else "",
-        "@POSITIONS@": first,
-        "@M@": str(m),
-        "@N@": str(n),
-    }
-    return filled(template("fortran", "project.f90"), replacements).rstrip("\n")
 
 
 def helper_functions(text: str) -> Iterator[str]:

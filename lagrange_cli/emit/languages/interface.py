@@ -6,12 +6,19 @@ Every language of :mod:`lagrange_cli.emit.languages` has these functions under t
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import ROWS, rates_note, residual_labels, steps_per_row
+from lagrange_cli.emit.languages.values import (
+    Contacts,
+    Interface,
+    Projection,
+    Quantity,
+    Recorded,
+)
 from lagrange_cli.emit.naming import (
     comment_text,
     described,
@@ -20,19 +27,26 @@ from lagrange_cli.emit.naming import (
     unique_identifiers,
 )
 from lagrange_cli.emit.routines.signatures import routines_called
-from lagrange_cli.emit.shared_code import recorded_inputs
+from lagrange_cli.emit.shared_code import (
+    RECORDED_ROUNDING,
+    described_input,
+    polynomial_rows,
+    recorded_inputs,
+)
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import (
     INTERNAL_FUNCTIONS,
     constraint_programs,
+    contact_programs,
     derivative_programs,
     optional_outputs,
+    program_of,
 )
 from lagrange_cli.program.lowered.functions import Function, Let, LocalArray, steps_in
 from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
-from lagrange_cli.program.program import Program, build_program
-from lagrange_cli.state_layout import StateLayout
+from lagrange_cli.program.program import Program
+from lagrange_cli.program.systems.contact_systems import with_contact_flags
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
@@ -58,6 +72,10 @@ _DOCUMENTATION = {
     "position_change": "Change of q that leads to the closures, in the metric of the energy.",
     "velocity_error": "Residuals of the rates of closures, then magnitudes of their terms.",
     "velocity_change": "Change of v that leads to the closures, in the metric of the energy.",
+    "flight_rhs": "State derivative while all contacts are open.",
+    "gaps": "Gaps of all contacts, then magnitudes of their terms.",
+    "gap_terms": "Gradients of the gaps, by rows, their rates, biases and restitutions.",
+    "impulse": "Change of v that changes the rates of closed contacts by the targets behind mode.",
 }
 
 #: Names of routines, which no identifier of a scene may be.
@@ -68,107 +86,8 @@ _STATE = "The state y holds the coordinates q, then their velocities v. Function
 _FUNCTIONS = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A coordinate, parameter or input.
-
-    Attributes
-    ----------
-    name
-        Its name in the scene.
-    identifier
-        Its name in the module.
-    note
-        Name, unit and description, as text of a comment.
-    value
-        Its value in the scene; None where it must be given.
-    """
-
-    name: str
-    identifier: str
-    note: str
-    value: float | None = None
-
-
-@dataclass(frozen=True)
-class Projection:
-    """The functions by which a state is led back to its closures.
-
-    Attributes
-    ----------
-    functions
-        Functions that only the routines ``lead_positions`` and ``lead_velocities`` call, each with
-        its documentation.
-    positions, closures
-        Numbers of closures of positions, and of all closures.
-    residuals
-        Names of the results of ``constraints``.
-    driven
-        A function depends on inputs.
-    """
-
-    functions: tuple[tuple[Function, str], ...]
-    positions: int
-    closures: int
-    residuals: tuple[str, ...]
-    driven: bool
-
-
-@dataclass(frozen=True)
-class Interface:
-    """Everything that a module of one scene holds, without a language.
-
-    Attributes
-    ----------
-    name
-        The scene's name as an identifier that none of the others is.
-    heading
-        Lines of the comment at its head.
-    coordinates, parameters, inputs, states
-        The quantities that functions take, in their order.
-    functions
-        The functions, each with its documentation.
-    names
-        Name of an input of programs (``q0``, ``v0``, ``z0``, ``p0``, ``u0``) → its identifier.
-    projection
-        The closures that a state is led back to; None without any.
-    initial
-        Initial state; None where the scene has none.
-    start, until
-        Times at which the script's run begins and ends.
-    rows, steps
-        Intervals of the table that the script prints, and integration steps in each.
-    """
-
-    name: str
-    heading: tuple[str, ...]
-    coordinates: tuple[Quantity, ...]
-    parameters: tuple[Quantity, ...]
-    inputs: tuple[Quantity, ...]
-    functions: tuple[tuple[Function, str], ...]
-    names: Mapping[str, str]
-    projection: Projection | None
-    initial: tuple[float, ...] | None
-    start: float
-    until: float
-    rows: int
-    steps: int
-    states: tuple[Quantity, ...] = ()
-
-    @property
-    def state(self) -> tuple[str, ...]:
-        """Names of the numbers of the state, as the script's table has them."""
-        return self.layout.names([c.name for c in self.coordinates], [s.name for s in self.states])
-
-    @property
-    def layout(self) -> StateLayout:
-        """Layout of the state vector."""
-        return StateLayout(len(self.coordinates), len(self.states))
-
-
 def interface_of(
     equations: Equations,
-    language: str,
     reserved: frozenset[str],
     *,
     jacobian: bool = False,
@@ -179,8 +98,6 @@ def interface_of(
 
     Parameters
     ----------
-    language
-        Name of the language, for refusals.
     reserved
         Words that identifiers must not be.
     jacobian
@@ -191,16 +108,17 @@ def interface_of(
     Raises
     ------
     InputError
-        The scene has contacts or recorded inputs.
+        A recorded input is too long to be written into code, or cannot be read.
     """
-    _require_held(equations, language)
-    functions = tuple(
-        (lowered(program, name), _documentation(name, equations))
-        for name, program in _programs(equations, jacobian=jacobian)
-    )
+    if jacobian and equations.system.contacts:
+        problem = "--with jacobian does not hold this scene: derivatives with contacts keep a mode"
+        raise InputError(Problem(problem, hint="--to c and --to python hold it", rule="language"))
+    functions = _lowered(equations, _programs(equations, jacobian=jacobian))
+    contacts = _contacts(equations)
     projection = _projection(equations)
-    all_functions = functions if projection is None else (*functions, *projection.functions)
-    taken = reserved | _local_names(all_functions) | _ROUTINES
+    inner = () if projection is None else projection.functions
+    inner += () if contacts is None else contacts.functions
+    taken = reserved | _local_names((*functions, *inner)) | _ROUTINES
     unique = partial(unique_identifiers, caseless=caseless, longest=longest)
     inputs = _inputs(equations)
     names = dict(zip(inputs, unique(inputs.values(), taken), strict=True))
@@ -216,6 +134,8 @@ def interface_of(
         functions,
         names,
         projection,
+        contacts,
+        tuple(_recorded(equations)),
         None if system.initial is None else system.initial.numbers,
         float(defaults.start),
         float(until),
@@ -236,44 +156,73 @@ def _quantities(
 
 
 def _documentation(name: str, equations: Equations) -> str:
-    text = _DOCUMENTATION[name]
+    text = _DOCUMENTATION[name.removeprefix("contact_")]
     return text.replace("[v, a]", "[v, a, rates of states]") if equations.system.states else text
 
 
+def _lowered(
+    equations: Equations, programs: Iterable[tuple[str, Program]]
+) -> tuple[tuple[Function, str], ...]:
+    return tuple(
+        (lowered(program, name), _documentation(name, equations)) for name, program in programs
+    )
+
+
 def _projection(equations: Equations) -> Projection | None:
-    closures = equations.system.closures
-    if not closures:
+    system = equations.system
+    if not system.pushing:
         return None
-    functions = tuple(
-        (lowered(program, name), _DOCUMENTATION[name])
-        for name, program in constraint_programs(equations).items()
-        if name in INTERNAL_FUNCTIONS
-    )
-    return Projection(
-        functions,
-        sum(closure.kind == "position" for closure in closures),
-        len(closures),
-        tuple(residual_labels(equations)),
-        any(function.driven for function, _ in functions),
-    )
-
-
-def _require_held(equations: Equations, language: str) -> None:
-    """Refuse scenes that need more than functions of a state."""
-    if equations.system.contacts:
-        reason = "contacts open and close at events, which emitted C and Python follow"
-    elif recorded_inputs(equations):
-        reason = "inputs from a file are looked up, which emitted C and Python do"
+    if system.contacts:
+        programs = contact_programs(with_contact_flags(equations))
     else:
-        return
-    problem = f"--to {language} does not hold this scene: {reason}"
-    raise InputError(Problem(problem, hint="--to c and --to python hold it", rule="language"))
+        programs = constraint_programs(equations)
+    positions = sum(closure.kind == "position" for closure in system.closures)
+    return Projection(
+        _lowered(
+            equations, ((name, p) for name, p in programs.items() if name in INTERNAL_FUNCTIONS)
+        ),
+        positions + len(system.contacts),
+        len(system.closures) + len(system.contacts),
+        tuple(residual_labels(equations)),
+    )
+
+
+def _contacts(equations: Equations) -> Contacts | None:
+    contacts = equations.system.contacts
+    if not contacts:
+        return None
+    programs = contact_programs(with_contact_flags(equations))
+    inner = [(name, p) for name, p in programs.items() if name not in INTERNAL_FUNCTIONS]
+    functions = _lowered(equations, [("flight_rhs", program_of(equations, "rhs")), *inner])
+    public = {f.name.removeprefix("contact_"): f for f, _ in functions}
+    return Contacts(
+        tuple(contact.name for contact in contacts),
+        functions,
+        {name: public[name] for name in ("rhs", "multipliers", "constraints")},
+        len(equations.system.closures),
+    )
+
+
+def _recorded(equations: Equations) -> Iterator[Recorded]:
+    for number, pieces in recorded_inputs(equations):
+        rows = polynomial_rows(pieces)
+        first, last = rows[0][0], float(pieces.end)
+        within = RECORDED_ROUNDING * (last - first) if isfinite(last) else 0.0
+        yield Recorded(
+            number,
+            comment_text(described_input(equations, number)),
+            len(rows[0]),
+            tuple(number for row in rows for number in row),
+            first - within,
+            last + within,
+        )
 
 
 def _programs(equations: Equations, *, jacobian: bool) -> Iterator[tuple[str, Program]]:
-    for name in (*_FUNCTIONS, *optional_outputs(equations)):
-        yield name, build_program(equations, ["acceleration" if name == "rhs" else name])
-    for name, program in constraint_programs(equations).items():
+    contacts = bool(equations.system.contacts)
+    for name in (*_FUNCTIONS[contacts:], *optional_outputs(equations)):
+        yield name, program_of(equations, name)
+    for name, program in () if contacts else constraint_programs(equations).items():
         if name not in INTERNAL_FUNCTIONS:
             yield name, program
     yield from derivative_programs(
@@ -301,6 +250,15 @@ def _inputs(equations: Equations) -> dict[str, str]:
     return entries | {f"z{i}": s.name for i, s in enumerate(system.states)}
 
 
+_CONTACTS = """\
+Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with contacts beside them, behind
+closures if there are any: l[k] is the multiplier and g[k] the gradient of closure or gap k. A
+contact pushes, l[k] >= 0, while it is closed. A mode is 1 for each closed contact and 0 for each
+open one. Integrate with a fixed mode until a number of events falls through zero, say number k;
+find when; reset state and mode there by event k; go on with these. Begin with a mode of zeros,
+reset without an event."""
+
+
 def _heading(equations: Equations) -> Iterator[str]:
     """Yield what the module says of itself."""
     presentation, system = equations.presentation, equations.system
@@ -310,7 +268,9 @@ def _heading(equations: Equations) -> Iterator[str]:
         yield ""
         yield comment_text(presentation.description)
     yield ""
-    if system.multipliers:
+    if system.contacts:
+        yield from _CONTACTS.splitlines()
+    elif system.multipliers:
         yield "Equations of motion M(q, t) a = f(q, v, t) + sum of l[k]*g[k], with closures beside"
         yield "them: l[k] is the multiplier and g[k] the gradient of closure k."
     else:
@@ -326,10 +286,17 @@ def _heading(equations: Equations) -> Iterator[str]:
     yield from _listed("Coordinates", [described(c) for c in system.coordinates])
     yield from _listed("States", [described(s) for s in system.states])
     yield from _listed("Parameters", [described(p) for p in system.parameters])
-    yield from _listed("Inputs", [comment_text(u.name) for u in system.inputs])
+    recorded = {u.name: u.recording for u in system.inputs if u.recording is not None}
+    inputs = [
+        f"{u.name}: {recorded[u.name].described}" if u.name in recorded else u.name
+        for u in system.inputs
+    ]
+    yield from _listed("Inputs", list(map(comment_text, inputs)))
     yield from _listed("Outputs", [comment_text(name) for name, _ in system.outputs])
     yield from _listed("Positions", [comment_text(c.name) for c in system.cartesian_names])
     yield from _listed("Closures", [comment_text(f"{c.name}: {c.text}") for c in system.closures])
+    contacts = [contact.closure for contact in system.contacts]
+    yield from _listed("Contacts", [comment_text(f"{c.name}: {c.text}") for c in contacts])
     yield from rates_note(equations)
     yield ""
     yield f"Made by lagrange {__version__} from the scene with SHA-256"

@@ -9,13 +9,19 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.languages.interface import Projection, interface_of
-from lagrange_cli.emit.languages.printer import FunctionCalled, Language
+from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.emit.languages.printer import (
+    SCRIPT_TOKENS,
+    FunctionCalled,
+    Language,
+    contact_tokens,
+    module_functions,
+)
+from lagrange_cli.emit.languages.values import Interface, takes_mode
 from lagrange_cli.emit.naming import file_stem
-from lagrange_cli.emit.routines.signatures import Signature
+from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
-from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.lowered.functions import Function, Solve
 
@@ -27,9 +33,10 @@ arguments await break case catch class const continue debugger default delete do
 export extends false finally for function if implements import in instanceof interface let new null
 package private protected public return static super switch this throw true try typeof undefined var
 void while with yield NaN Infinity Math Number Float64Array Object Array console process globalThis
-t y p u out i j k l given project violation led change RESIDUALS
+t y p u mode out i j k l given project violation led change RESIDUALS CONTACTS FLIGHT RECORDINGS
 matrix vector columns scales band multipliers work w
-COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL ROWS STEPS integrate main name async of
+COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL ROWS STEPS main name async of
+integrate recorded events step falls follow
 get set
 """
 
@@ -40,16 +47,22 @@ class JavaScript(Language):
     functions: ClassVar = {name: f"Math.{name}" for name in PROGRAM_FUNCTIONS}
     reserved: ClassVar = frozenset(_WORDS.split())
     tab = "  "
+    inputs_last = True
+    motion: ClassVar = {}
 
     def head(self, function: Function, documentation: str) -> list[str]:
-        driven = ", u = inputs(t, y, p)" if function.driven and function.name != "inputs" else ""
+        further = ""
+        if self.interface.takes_inputs(function):
+            values = "recorded(t)" if function.name == "inputs" else "inputs(t, y, p)"
+            further = f", u = {values}"
+        further += ", mode" if takes_mode(function) else ""
         size = 1
         for length in function.shape:
             size *= length
-        exported = "" if function.name in INTERNAL_FUNCTIONS else "export "
+        exported = "" if self.is_inner(function) else "export "
         return [
             f"/** {documentation} */",
-            f"{exported}function {function.name}(t, y, p = DEFAULTS{driven}) {{",
+            f"{exported}function {function.name}(t, y, p = DEFAULTS{further}) {{",
             f"{self.tab}const out = new Float64Array({size});",
         ]
 
@@ -84,27 +97,26 @@ class JavaScript(Language):
         listed = [f"...{c.function.name}(t, y, p{u})" for c, u in zip(calls, driven, strict=True)]
         return [f"const given = [{', '.join(listed)}];"]
 
-    @property
-    def inputs_of_closures(self) -> str:
-        """The last argument of functions of closures, if any of them reads inputs."""
-        projection = self.interface.projection
-        return ", u" if projection is not None and projection.driven else ""
-
-    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
-        stored = f"{results}.set({function}(t, {y}, p{self.inputs_of_closures}));"
+    def evaluated(
+        self, kind: str, function: str, arguments: Sequence[str]
+    ) -> tuple[list[str], str]:
+        name, passed = self.passed(kind, function, arguments[:-1])
+        results = arguments[-1]
+        stored = f"{results}.set({name}({', '.join(passed)}));"
         return [stored], f"{results}.every(Number.isFinite)"
 
+    def whole_quotient(self, left: str, right: str) -> str:
+        return f"Math.floor({left} / {right})"
+
     def routine_head(self, routine: Signature) -> list[str]:
-        names = {argument.name: argument.name for argument in routine.arguments}
-        if "closures" in names:
-            names["closures"] = f"t, p{self.inputs_of_closures}"
-        documentation = (f" * {line}".rstrip() for line in routine.documentation)
-        return [
-            "/**",
-            *documentation,
-            " */",
-            f"function {routine.name}({', '.join(names.values())}) {{",
+        names = [
+            name
+            for a in routine.arguments
+            for name in (self.handed(a.kind) if a.kind in SCENE_FUNCTIONS else [a.name])
         ]
+        documentation = (f" * {line}".rstrip() for line in routine.documentation)
+        head = self.broken(f"function {routine.name}({', '.join(names)}) {{")
+        return ["/**", *documentation, " */", *head]
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"{'const' if fixed else 'let'} {self.store(name, text)}"
@@ -132,19 +144,13 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     InternalError
         An expression holds something without counterpart in JavaScript.
     InputError
-        A constant is outside the range of a double, or the scene has contacts or recordings.
+        A constant is outside the range of a double, or a recording is too long.
     """
-    interface = interface_of(
-        equations, "javascript", JavaScript.reserved, jacobian=bool(options["jacobian"])
-    )
+    interface = interface_of(equations, JavaScript.reserved, jacobian=bool(options["jacobian"]))
     language = JavaScript(interface)
-    projection = interface.projection
-    inner = () if projection is None else projection.functions
-    functions = [
-        "\n".join(language.function_lines(function, text))
-        for function, text in (*interface.functions, *inner)
-    ]
-    projected = "" if projection is None else _projection(language, projection)
+    functions = module_functions(language)
+    around = [_recorded(language), _projection(language), _contacts(language)]
+    script = _script(language)
     constants = {
         "COORDINATES": [c.name for c in interface.coordinates],
         **({"STATES": [s.name for s in interface.states]} if interface.states else {}),
@@ -158,14 +164,6 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
         "STEPS": interface.steps,
     }
     stated = [f"export const {name} = {json.dumps(value)};" for name, value in constants.items()]
-    script = filled(
-        template("javascript", "script.mjs"),
-        {
-            "@STEPPED@": "    y = project(s + h, y, p);\n" if projected else "",
-            "@BEGUN@": template("javascript", "begin.mjs") if projected else "",
-            "@STATES@": _STATES if interface.states else "",
-        },
-    )
     tables = [
         "\n".join(language.broken(f"const {name} = [{', '.join(map(str, table))}];"))
         for name, table in language.tables.items()
@@ -176,28 +174,108 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
         *tables,
         *routine_texts(language),
         *functions,
-        *filter(None, [projected]),
+        *filter(None, around),
         script,
     ]
     return {f"{file_stem(equations.presentation.name)}.mjs": "\n\n".join(parts)}
 
 
-def _projection(language: JavaScript, projection: Projection) -> str:
-    """Return ``project`` and the check of a start."""
-    m, positions = projection.closures, projection.positions
-    language.routines |= {"lead_velocities", "is_near"} | (
-        {"lead_positions"} if positions else set()
-    )
-    driven = language.inputs_of_closures
-    first = f"{template('javascript', 'positions.mjs').rstrip()} " if positions else ""
+def _recorded(language: JavaScript) -> str:
+    """Return the tables of recorded inputs, and the function that evaluates them."""
+    interface = language.interface
+    if not interface.recorded:
+        return ""
+    language.routines.add("interpolated")
+    lines = [
+        "/** Recorded inputs: rows of a time and the coefficients of a polynomial since then. */"
+    ]
+    lines.append("const RECORDINGS = [")
+    for recorded in interface.recorded:
+        values: dict[str, float] = {"number": recorded.number, "width": recorded.width}
+        values |= {"first": recorded.first, "last": recorded.last}
+        stated = ", ".join(f"{name}: {json.dumps(value)}" for name, value in values.items())
+        numbers = language.broken(f"[{', '.join(map(repr, recorded.table))}],")
+        lines += [f"  // {recorded.text}", f"  {{ {stated}, table:"]
+        lines += [*(f"    {line}" for line in numbers), "  },"]
+    text = template("javascript", "recorded.mjs").replace("@INPUTS@", str(len(interface.inputs)))
+    return "\n".join([*lines, "];", "", text.rstrip()])
+
+
+def _projection(language: JavaScript) -> str:
+    """Return ``project`` and, where there are closures, the check of a start."""
+    interface = language.interface
+    projection = interface.projection
+    if projection is None:
+        return ""
+    language.routines |= {"lead_velocities"} | ({"is_near"} if interface.closed else set())
+    language.routines |= {"lead_positions"} if projection.positions else set()
+    first = f"{template('javascript', 'positions.mjs').rstrip()} " if projection.positions else ""
     replacements = {
         "@POSITIONS@": first,
-        "@M@": str(positions),
-        "@N@": str(len(language.interface.coordinates)),
-        "@CLOSURES@": str(m),
+        "@HANDED@": ", ".join(language.handed("closures")),
+        "@M@": str(projection.positions),
+        "@N@": str(len(interface.coordinates)),
+        "@CLOSURES@": str(projection.closures),
         "@RESIDUALS@": json.dumps(projection.residuals),
-        "@U@": driven,
-        "@INPUTS@": f"{driven} = inputs(t, y, p)" if driven else "",
-        "@STATES@": _STATES if language.interface.states else "",
+        "@STATES@": _STATES if interface.states else "",
+        **_arguments(interface),
     }
-    return filled(template("javascript", "project.mjs"), replacements)
+    text = filled(template("javascript", "project.mjs"), replacements)
+    checked = filled(template("javascript", "violation.mjs"), replacements)
+    return "\n\n".join([text.rstrip(), *([checked] if interface.closed else [])])
+
+
+def _arguments(interface: Interface) -> dict[str, str]:
+    """Return the tokens of arguments behind the parameters, and of the inputs at a time."""
+    driven = bool(interface.inputs)
+    return {
+        "@U@": ", u" if driven else "",
+        "@INPUTS@": ", u = inputs(t, y, p)" if driven else "",
+        "@NOW@": ", inputs(t, y, p)" if driven else "",
+        "@MODE@": ", mode = FLIGHT" if interface.contacts else "",
+        "@IN@": ", mode" if interface.contacts else "",
+    }
+
+
+def _contacts(language: JavaScript) -> str:
+    """Return the functions of the interface that take a mode."""
+    interface, contacts = language.interface, language.interface.contacts
+    if contacts is None:
+        return ""
+    language.routines.add("advance")
+    replacements = {
+        **contact_tokens(language),
+        "@CONTACTS@": json.dumps(contacts.names),
+        "@FLIGHT@": json.dumps([0] * contacts.count),
+        "@SIZES@": json.dumps([*language.interface.reset_arrays.values()]),
+        **_arguments(interface),
+    }
+    return filled(template("javascript", "contacts.mjs"), replacements).rstrip()
+
+
+def _script(language: JavaScript) -> str:
+    """Return ``integrate`` and the run of the module as a script."""
+    interface, contacts = language.interface, language.interface.contacts
+    begin = template("javascript", "begin.mjs") if interface.closed else ""
+    integrate = "integrate"
+    if contacts is not None:
+        begin += template("javascript", "begin_contacts.mjs")
+        integrate = "integrate_contacts"
+    values = "inputs(s, state, p, recorded(s, t + h / 2))" if interface.recorded else ""
+    values = values or ("inputs(s, state, p)" if interface.inputs else "")
+    tokens = {
+        "@INTEGRATE@": template("javascript", f"{integrate}.mjs").rstrip(),
+        "@STEPPED@": "project(t + h, next, p@AT@@IN@)" if interface.projection else "next",
+        "@AT@": ", inputs(t + h, next, p)" if contacts is not None and interface.inputs else "",
+        "@GIVEN@": f", {values}" if values else "",
+        "@BEGUN@": begin,
+        "@Y@": "y" if contacts is None else "({ y, mode }",
+        "@MORE@": "" if contacts is None else ", mode, largest, report)",
+        "@SIZE@": str(interface.layout.size),
+        "@STATES@": _STATES if interface.states else "",
+        "@C@": str(0 if contacts is None else contacts.count),
+        "@TWICE@": str(0 if contacts is None else 2 * contacts.count),
+        **SCRIPT_TOKENS,
+        **_arguments(interface),
+    }
+    return filled(template("javascript", "script.mjs"), tokens)

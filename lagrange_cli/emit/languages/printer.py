@@ -8,7 +8,7 @@ language allows it.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import accumulate
@@ -16,7 +16,8 @@ from math import prod
 from textwrap import wrap
 from typing import ClassVar
 
-from lagrange_cli.emit.languages.interface import Interface, is_input
+from lagrange_cli.emit.languages.interface import is_input
+from lagrange_cli.emit.languages.values import Interface
 from lagrange_cli.emit.routines.signatures import signature_of
 from lagrange_cli.emit.routines.syntax import Syntax
 from lagrange_cli.emit.template_files import filled, template
@@ -42,11 +43,15 @@ from lagrange_cli.program.lowered.functions import (
     Store,
     Total,
     names_read,
+    numbers_read,
     operands_in,
     steps_in,
 )
+from lagrange_cli.program.lowered.routines.impacts import INSTANT
+from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
+from lagrange_cli.program.solvers.tolerances import MOST_EVENTS_A_STEP, MOST_REBOUNDS
 from lagrange_cli.program.systems.loops import table_name
 
 #: Counters of nested loops, outermost first.
@@ -89,15 +94,29 @@ class Language(Syntax):
         The argument of so many inputs, with what stands between it and the next one.
     named
         Letters of the inputs of programs that functions name at their beginning.
+    inputs_last
+        Functions take inputs behind the parameters.
+    motion
+        Function of a motion in routines → its name in the module, where that is another one.
     """
 
     reserved: ClassVar[frozenset[str]]
     named = "puqvz"
     inputs_argument = ""
+    inputs_last: ClassVar[bool] = False
+    motion: ClassVar[Mapping[str, str]] = {"step": "moved"}
 
     def __init__(self, interface: Interface) -> None:
         self.interface = interface
-        names = {**interface.names, EPSILON: self.rounding()}
+        flags = 0 if interface.contacts is None else 2 * interface.contacts.count
+        names = {
+            **interface.names,
+            EPSILON: self.rounding(),
+            **{
+                f"p{len(interface.parameters) + k}": self.element_text("mode", str(k + self.first))
+                for k in range(flags)
+            },
+        }
         self.dialect = Dialect(self.number, self.functions, names, self.element)
         self._level = 0
         #: Arrays that the function has not made yet.
@@ -166,11 +185,29 @@ class Language(Syntax):
         """Return the lines around statements whose names are their own; None if there are none."""
         return "{", "}"
 
+    def is_inner(self, function: Function) -> bool:
+        """Tell whether a function is no part of the interface: only others call it."""
+        return any(function is inner for inner, _ in self.interface.inner)
+
+    def handed(self, kind: str) -> list[str]:
+        mode = ["mode"] if kind == "closures" and self.interface.contacts else []
+        return ["p"] if kind == "motion" else ["t", *self.inputs_handed, "p", *mode]
+
     @property
-    def closures_driven(self) -> bool:
-        """Tell whether functions of closures read inputs."""
-        projection = self.interface.projection
-        return projection is not None and projection.driven
+    def inputs_handed(self) -> list[str]:
+        """The argument that functions take for inputs, if there are any."""
+        return ["u"] if self.interface.inputs else []
+
+    def passed(self, kind: str, function: str, arguments: Sequence[str]) -> tuple[str, list[str]]:
+        """Return the function of the scene that a routine calls, and its arguments but the last."""
+        if kind == "motion":
+            *moments, mode = arguments
+            return self.motion.get(function, function), [*moments, "p", mode]
+        state, *modes = arguments
+        if kind == "closures" and self.interface.contacts:
+            function, modes = f"contact_{function}", ["mode"]
+        last = ["p", *self.inputs_handed] if self.inputs_last else [*self.inputs_handed, "p"]
+        return function, ["t", state, *last, *modes]
 
     def call_of(self, step: Solve, arrays: Iterable[str], table: str) -> str:
         """Return the call of a routine by its arrays, and by tables as a format writes them."""
@@ -209,12 +246,30 @@ class Language(Syntax):
 
     def inputs_of(self, function: Function) -> list[str]:
         """Name the numbers of the state, of the parameters and of the inputs that are read."""
-        read = {name for name in names_read(function.body) if is_input(name)}
+        read = names_read(function.body) & self.interface.names.keys()
         return [
             self.let(self.interface.names[f"{letter}{k}"], self.argument(letter, k))
             for letter in self.named
             for k in sorted(int(name[1:]) for name in read if name[0] == letter)
         ]
+
+    def reads_parameters(self, function: Function) -> bool:
+        """Tell whether loops of a function read the array of the parameters."""
+        numbers = numbers_read(function.body, "p") if "p" in names_read(function.body) else []
+        return any(number < len(self.interface.parameters) for number in numbers)
+
+    def arguments_read(self, function: Function) -> set[str]:
+        """Return the arguments ``t``, ``y``, ``u``, ``p`` and ``mode`` that a function reads."""
+        if function.given_functions:
+            return {"t", "y", "u", "p"}
+        read, parameters = names_read(function.body), len(self.interface.parameters)
+        named = {name for name in read if is_input(name)}
+        flags = {name for name in named if name[0] == "p" and int(name[1:]) >= parameters}
+        arrays = {ARRAYS[name[0]] for name in named - flags} | (read & {"t", "y", "u"})
+        arrays |= {"p"} if self.reads_parameters(function) else set()
+        numbers = numbers_read(function.body, "p") if "p" in read else []
+        has_flags = flags or any(number >= parameters for number in numbers)
+        return arrays | ({"mode"} if has_flags else set())
 
     def argument(self, letter: str, number: int) -> str:
         """Return the number of the arguments that an input of a program is."""
@@ -268,20 +323,27 @@ class Language(Syntax):
 
     def element(self, element: Element) -> str:
         """Return a number of an array."""
-        index = element.index
-        if element.name == COUNTED:
+        name, index = self._placed(element)
+        if name == COUNTED:
             text = self._affine(index)
             return self.counted(text if text.isalnum() else f"({text})")
         base = index.base + self.first
         if element.table is None:
-            return self.element_text(element.name, self._affine(AffineIndex(base, index.steps)))
+            return self.element_text(name, self._affine(AffineIndex(base, index.steps)))
         # Tables have no negative numbers, which are no indices everywhere.
         least = min(element.table)
         table = self.table(tuple(number - least for number in element.table))
         counter = self._affine(AffineIndex(self.first, (0,) * (self._level - 1) + (1,)))
         looked = self.element_text(table, counter)
         place = self._affine(AffineIndex(base + least, index.steps))
-        return self.element_text(element.name, looked if place == "0" else f"{place}+{looked}")
+        return self.element_text(name, looked if place == "0" else f"{place}+{looked}")
+
+    def _placed(self, element: Element) -> tuple[str, AffineIndex]:
+        """Return array and index of an element: flags of contacts stand behind the parameters."""
+        index, first = element.index, len(self.interface.parameters)
+        if element.name != "p" or self.interface.contacts is None or index.base < first:
+            return element.name, index
+        return "mode", AffineIndex(index.base - first, index.steps)
 
     def table(self, table: tuple[int, ...]) -> str:
         """Return the name of a table of indices, which the module is to hold."""
@@ -309,47 +371,67 @@ class Language(Syntax):
 
 def functions_called(language: Language) -> list[str]:
     """Return the functions of numbers that functions and routines printed so far call."""
-    projection = language.interface.projection
-    inner = () if projection is None else projection.functions
-    functions = (function for function, _ in (*language.interface.functions, *inner))
+    interface = language.interface
+    functions = (function for function, _ in (*interface.functions, *interface.inner))
     operands = (operand for function in functions for operand in operands_in(function.body))
     called = functions_in(operands) | language.numeric
     return [name for name in PROGRAM_FUNCTIONS if name in called]
 
 
-def arguments_read(function: Function) -> set[str]:
-    """Return the arguments ``t``, ``y``, ``u`` and ``p`` that a function reads."""
-    if function.given_functions:
-        return {"t", "y", "u", "p"}
-    read = names_read(function.body)
-    named = {ARRAYS[name[0]] for name in read if is_input(name)}
-    return named | (read & {"t", "y", "u", "p"})
-
-
 def module_functions(language: Language) -> list[str]:
-    """Return the functions of a module, those that the projection onto closures calls last."""
-    projection = language.interface.projection
-    inner = () if projection is None else projection.functions
-    functions = (*language.interface.functions, *inner)
+    """Return the functions of a module, those of the interface first."""
+    functions = (*language.interface.functions, *language.interface.inner)
     return ["\n".join(language.function_lines(function, text)) for function, text in functions]
 
 
-def projection_text(language: Language, folder: str, name: str, positions: str) -> str:
-    """Return the function ``project`` from its templates; nothing of scenes without closures."""
-    projection = language.interface.projection
+def projection_text(
+    language: Language, folder: str, name: str, positions: str, further: Mapping[str, str]
+) -> str:
+    """Return the function ``project`` from its templates; nothing of scenes without closures.
+
+    ``further``: tokens of the language.
+    """
+    interface = language.interface
+    projection = interface.projection
     if projection is None:
         return ""
-    language.routines |= {"lead_velocities", "is_near"}
+    language.routines |= {"lead_velocities", *(["is_near"] if interface.closed else [])}
     if projection.positions:
         language.routines.add("lead_positions")
-    size, driven = len(language.interface.inputs), projection.driven
     leading = template(folder, positions).rstrip() if projection.positions else ""
     replacements = {
         "@POSITIONS@": leading,
+        "@HANDED@": ", ".join(language.handed("closures")),
         "@M@": str(projection.positions),
         "@CLOSURES@": str(projection.closures),
-        "@INPUTS@": language.inputs_argument.format(size) if driven else "",
-        "@U@": "u, " if driven else "",
-        "@STATES@": "2 * N + M" if language.interface.states else "2 * N",
+        "@STATES@": "2 * N + M" if interface.states else "2 * N",
+        **further,
     }
     return filled(template(folder, name), replacements)
+
+
+def contact_tokens(language: Language) -> dict[str, str]:
+    """Return the tokens that functions of contacts share, and note the routines that they call."""
+    interface, contacts = language.interface, language.interface.contacts
+    if contacts is None:
+        return {}
+    language.routines |= {"falling", "reset_contacts"}
+    return {
+        "@C@": str(contacts.count),
+        "@TWICE@": str(2 * contacts.count),
+        "@N@": str(len(interface.coordinates)),
+        "@STATES@": str(interface.layout.size),
+        "@CLOSURES@": str(contacts.closures),
+        "@FORCES@": str(contacts.multipliers),
+        "@CONSTRAINTS@": str(prod(contacts.public["constraints"].shape)),
+        "@HANDED@": ", ".join(language.handed("contacts")),
+        "@INSTANT@": repr(INSTANT),
+    }
+
+
+#: Tokens of scripts that follow contacts.
+SCRIPT_TOKENS = {
+    "@EVENTS@": str(MOST_EVENTS_A_STEP),
+    "@BOUNCES@": str(MOST_REBOUNDS),
+    "@TOLERANCE@": repr(START_TOLERANCE),
+}

@@ -7,28 +7,34 @@ allocated; scratch space stands on the stack. Everything is of Rust 1.63 and edi
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import compress, pairwise
+from itertools import pairwise
 from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.initial_state import require_coordinates
-from lagrange_cli.emit.languages.interface import Interface, Quantity, interface_of
+from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
     Language,
-    arguments_read,
     functions_called,
     local_arrays,
     module_functions,
-    projection_text,
 )
+from lagrange_cli.emit.languages.rust_program import (
+    contacts_text,
+    failure_tokens,
+    main_text,
+    project_text,
+    recorded_text,
+    string_literal,
+)
+from lagrange_cli.emit.languages.values import Quantity, takes_mode
 from lagrange_cli.emit.naming import file_stem
-from lagrange_cli.emit.routines.signatures import Signature
+from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
-from lagrange_cli.program.emitted_functions import INTERNAL_FUNCTIONS
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
-from lagrange_cli.program.lowered.functions import Function, Solve, names_read
+from lagrange_cli.program.lowered.functions import Function, Solve
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -71,8 +77,6 @@ _NOTES = (
 class Rust(Language):
     """Rust 1.63, edition 2021."""
 
-    inputs_argument = "u: &[f64; {}], "
-
     functions: ClassVar = {
         name: name if name in _OWN else f"math::{_LIBM.get(name, name)}"
         for name in PROGRAM_FUNCTIONS
@@ -82,12 +86,12 @@ class Rust(Language):
 
     def head(self, function: Function, documentation: str) -> list[str]:
         size = prod(function.shape)
-        is_inner = function.name in INTERNAL_FUNCTIONS
+        is_inner = self.is_inner(function)
         state = "y: &[f64]" if is_inner else f"y: &[f64; {function.layout.size}]"
         arguments = ["t: f64", state]
-        if function.driven and function.name != "inputs":
+        if self.interface.takes_inputs(function):
             arguments.append(f"u: &[f64; {function.driven}]")
-        arguments.append("p: &Params")
+        arguments += ["p: &Params", *(["mode: &[f64]"] if takes_mode(function) else [])]
         result = "f64"
         if function.shape:
             arguments.append("out: &mut [f64]" if is_inner else f"out: &mut [f64; {size}]")
@@ -100,7 +104,7 @@ class Rust(Language):
         lines = [f"/// {documentation}", *declared]
         if not function.shape:
             lines.append(f"{self.tab}let mut out = [0.0_f64; 1];")
-        read = arguments_read(function) | ({"out"} if function.body else set())
+        read = self.arguments_read(function) | ({"out"} if function.body else set())
         unread = [name for name in (a.split(":")[0] for a in arguments) if name not in read]
         return [*lines, *(f"{self.tab}let _ = {name};" for name in unread)]
 
@@ -109,7 +113,7 @@ class Rust(Language):
 
     def inputs_of(self, function: Function) -> list[str]:
         lines = super().inputs_of(function)
-        whole = "p" in names_read(function.body)
+        whole = self.reads_parameters(function)
         return [*lines, "let p = p.to_array();"] if whole else lines
 
     def argument(self, letter: str, number: int) -> str:
@@ -168,19 +172,23 @@ class Rust(Language):
 
     def routine_head(self, routine: Signature) -> list[str]:
         kinds = _KINDS | {"reals": "&[f64]", "integers": "&[usize]"}
-        driven = self.inputs_argument.format(len(self.interface.inputs)) * self.closures_driven
+        handed = {"t": "f64", "p": "&Params", "mode": "&[f64]"}
+        handed["u"] = f"&[f64; {len(self.interface.inputs)}]"
         arguments = ", ".join(
-            f"t: f64, {driven}p: &Params"
-            if a.kind == "closures"
+            ", ".join(f"{name}: {handed[name]}" for name in self.handed(a.kind))
+            if a.kind in SCENE_FUNCTIONS
             else f"{a.name}: {'&mut [f64]' if a.changed else kinds[a.kind]}"
             for a in routine.arguments
         )
         result = "" if routine.result == "none" else f" -> {_KINDS[routine.result]}"
         documentation = (f"/// {line}".rstrip() for line in routine.documentation)
-        return [*documentation, f"fn {routine.name}({arguments}){result} {{"]
+        return [*documentation, *self.broken_head(f"fn {routine.name}({arguments}){result} {{")]
 
-    def evaluated(self, function: str, y: str, results: str) -> tuple[list[str], str]:
-        return [], f"{function}(t, {y}, {'u, ' * self.closures_driven}p, {results}).is_ok()"
+    def evaluated(
+        self, kind: str, function: str, arguments: Sequence[str]
+    ) -> tuple[list[str], str]:
+        name, passed = self.passed(kind, function, arguments[:-1])
+        return [], f"{name}({', '.join([*passed, arguments[-1]])}).is_ok()"
 
     def declared(self, name: str, kind: str, text: str, *, fixed: bool) -> str:
         return f"let {'' if fixed else 'mut '}{name}: {_KINDS[kind]} = {text};"
@@ -231,32 +239,35 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
     InternalError
         An expression holds something without counterpart in Rust.
     InputError
-        A constant is outside the range of a double, the scene has contacts or recordings, or
-        ``main`` is asked for where nothing can move.
+        A constant is outside the range of a double, a recording is too long, or ``main`` is asked
+        for where nothing can move.
     """
     if options["main"]:
         require_coordinates(equations)
-    interface = interface_of(equations, "rust", Rust.reserved, jacobian=bool(options["jacobian"]))
+    interface = interface_of(equations, Rust.reserved, jacobian=bool(options["jacobian"]))
     language = Rust(interface)
     functions = module_functions(language)
-    projected = projection_text(language, "rust", "project.rs", "positions.rs")
+    around = [recorded_text(language), project_text(language), contacts_text(language)]
+    main = [main_text(language).rstrip()] if options["main"] else []
     routines = routine_texts(language)
     parts = [
         "\n".join([*_heading(language), f"#![allow({_LINTS})]"]),
         *_mathematics(functions_called(language)),
         "\n".join(_constants(language)),
-        "\n".join(_parameters(interface)),
-        template("rust", "common.rs").rstrip(),
+        "\n".join(_parameters(language)),
+        filled(template("rust", "common.rs"), failure_tokens(interface)).rstrip(),
         *routines,
         *functions,
-        *filter(None, [projected.rstrip()]),
-        *([_main(language).rstrip()] if options["main"] else []),
+        *filter(None, around),
+        *main,
     ]
     return {f"{file_stem(equations.presentation.name)}.rs": "\n\n".join(parts) + "\n"}
 
 
 def _heading(language: Rust) -> list[str]:
-    sizes = (sum(local_arrays(f).values()) for f, _ in language.interface.functions)
+    interface = language.interface
+    functions = (*interface.functions, *interface.inner)
+    sizes = (sum(local_arrays(f).values()) for f, _ in functions)
     taken = 8 * max(sizes, default=0)
     stack = f"; local arrays take up to {taken} bytes of the stack" if taken else ""
     notes = [line.replace("@BYTES@", stack) for line in _NOTES]
@@ -305,27 +316,17 @@ def _names(constant: str, documentation: str, quantities: tuple[Quantity, ...]) 
     if quantities:
         yield f"/// {documentation}"
         yield f"pub const {constant}: [&str; {len(quantities)}] = ["
-        yield from (f"    {_string(quantity.name)}," for quantity in quantities)
+        yield from (f"    {string_literal(quantity.name)}," for quantity in quantities)
         yield "];"
-
-
-def _size(interface: Interface) -> str:
-    """Return the number of numbers of a state, over the constants of the module."""
-    return "2 * N + M" if interface.states else "2 * N"
-
-
-def _string(text: str) -> str:
-    """Return a literal of a text, in ASCII."""
-    plain = "".join(c if " " <= c <= "~" and c not in '"\\' else f"\\u{{{ord(c):x}}}" for c in text)
-    return f'"{plain}"'
 
 
 def _number(value: float | None) -> str:
     return "f64::NAN" if value is None else repr(value)
 
 
-def _parameters(interface: Interface) -> Iterator[str]:
+def _parameters(language: Rust) -> Iterator[str]:
     """Yield the structure of the parameters, and their values in the scene."""
+    interface = language.interface
     fields = interface.parameters
     yield "/// Parameters of the system."
     yield "#[derive(Clone, Copy, Debug, PartialEq)]"
@@ -340,42 +341,12 @@ def _parameters(interface: Interface) -> Iterator[str]:
     yield "pub const DEFAULTS: Params = Params {"
     yield from (f"    {field.identifier}: {_number(field.value)}," for field in fields)
     yield "};"
-    if any("p" in names_read(function.body) for function, _ in interface.functions):
+    if any(
+        map(language.reads_parameters, (f for f, _ in (*interface.functions, *interface.inner)))
+    ):
         yield ""
         yield "impl Params {"
         yield f"    fn to_array(&self) -> [f64; {len(fields)}] {{"
         yield "        ["
         yield from (f"            self.{field.identifier}," for field in fields)
         yield from ("        ]", "    }", "}")
-
-
-def _main(language: Rust) -> str:
-    interface = language.interface
-    driven = len(interface.inputs)
-    initial = interface.initial or (None,) * interface.layout.size
-    inputs = f"    let mut u = [0.0; {driven}];\n    inputs(t, y, p, &mut u)?;\n"
-    projection = interface.projection
-    fields = [(_string(field.name), f"p.{field.identifier}") for field in interface.parameters]
-    missing = [field.value is None for field in interface.parameters]
-    return filled(
-        template("rust", "main.rs"),
-        {
-            "@SLOPE@": inputs if driven else "",
-            "@U@": "&u, " if driven else "",
-            "@PROJECT@": "" if projection is None else template("rust", "project_at.rs") + "\n",
-            "@STEPPED@": "" if projection is None else "    project_at(t + h, y, p)?;\n",
-            "@BEGUN@": "" if projection is None else template("rust", "begin.rs"),
-            "@INPUTS@": inputs if language.closures_driven else "",
-            "@GIVEN@": "&u, " if language.closures_driven else "",
-            "@STATE@": ", ".join(map(_string, interface.state)),
-            "@STATES@": _size(interface),
-            "@INITIAL@": ", ".join("None" if x is None else f"Some({x!r})" for x in initial),
-            "@MUT@": "mut " if fields else "",
-            "@SET@": "".join(f"            {name} => {to} = value,\n" for name, to in fields),
-            "@REQUIRED@": ", ".join(f"({name}, {to})" for name, to in compress(fields, missing)),
-            "@START@": repr(interface.start),
-            "@UNTIL@": repr(interface.until),
-            "@STEPS@": str(interface.steps),
-            "@ROWS@": str(interface.rows),
-        },
-    )

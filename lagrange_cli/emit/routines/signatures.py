@@ -96,6 +96,12 @@ class Signature:
         routines = map(self.routine, names)
         return tuple(routine for routine in routines if routine is not None)
 
+    @property
+    def evaluates(self) -> bool:
+        """Tell whether the routine itself calls functions of the scene."""
+        nodes = (node for step in self.statements for node in ast.walk(step))
+        return any(isinstance(node, ast.Attribute) for node in nodes)
+
     def kind(self, node: ast.expr) -> str:
         """Return the kind of an expression."""
         known = {argument.name: argument.kind for argument in self.arguments}

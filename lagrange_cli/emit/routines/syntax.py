@@ -162,6 +162,11 @@ class Syntax(ABC):
         """Return the lines of a call without a result."""
         return [f"{text};"]
 
+    def broken_head(self, line: str) -> list[str]:
+        """Return a head over several lines, of whole arguments, where it is long."""
+        whole = line.replace(" ", "\0").replace(",\0", ", ")
+        return [text.replace("\0", " ") for text in self.broken(whole)]
+
     def broken(self, line: str) -> list[str]:
         """Return a statement over several lines where it is long."""
         width = self.width - 3 * len(self.tab)

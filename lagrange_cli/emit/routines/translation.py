@@ -123,7 +123,8 @@ class _Writer:
             case ast.Return(value=ast.expr() as value):
                 if self.signature.kind(value) != self.signature.result:
                     raise refused(step, "a result of another kind")
-                return language.returned(self.text(value))
+                before, text = self._value(value)
+                return [*before, *language.returned(text)]
             case ast.Expr(value=ast.Call() as call):
                 before, text = self._value(call)
                 return [*before, *language.called_alone(text)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.emit.languages.cpp import Cpp as CppLanguage
 from lagrange_cli.emit.languages.interface import interface_of
-from tests.emit.languages.drivers import Driver, executed
+from tests.emit.languages.drivers import MODED, Driver, executed
 
 FLAGS = ("-std=c++17", "-Wall", "-Wextra", "-pedantic", "-Werror")
 
@@ -59,10 +59,22 @@ def _call(k, number, function, interface):
     lines += [f"p.{p.identifier} = next();" for p in interface.parameters]
     if interface.inputs:
         lines.append(f"const auto u = several<{len(interface.inputs)}>();")
-        passed += "(void(u), p)" if function.name == "inputs" else "u, p"
+        given = function != "inputs" or interface.recorded
+        passed += "u, p" if given else "(void(u), p)"
     else:
         passed += "p"
-    lines.append(f"print({space}::{function.name}({passed}));")
+    if interface.contacts is not None:
+        lines.append(f"{space}::Mode mode{{}};")
+        lines.append("for (auto& flag : mode) { flag = next() > 0; }")
+        passed += ", mode" if function in MODED else ""
+    if function == "reset":
+        lines.append("const int event = next();")
+        passed += f", event > 0 ? event - 1 : {interface.contacts.count}, next()"
+        lines.append(f"const auto behind = {space}::reset({passed});")
+        lines.append("for (auto x : behind.y) { print(behind.moves ? x : NAN); }")
+        lines.append("for (auto k : behind.mode) { print(behind.moves ? double(k) : NAN); }")
+    else:
+        lines.append(f"print({space}::{function}({passed}));")
     return "\n".join([f"if (k == {k} && f == {number}) {{", *lines, "}\n"])
 
 
@@ -75,12 +87,12 @@ class Cpp(Driver):
         calls, heads = [], []
         for k, module in enumerate(modules):
             interface = interface_of(
-                module.equations, "cpp", CppLanguage.reserved, jacobian=module.jacobian
+                module.equations, CppLanguage.reserved, jacobian=module.jacobian
             )
             header = module.files[0]
             heads.append(f'#define main main_{k}\n#include "{header}"\n#undef main\n')
             heads.append(f"namespace m{k} = {interface.name};\n")
-            for number, (function, _) in enumerate(interface.functions):
+            for number, function in enumerate(module.functions):
                 calls.append(_call(k, number, function, interface))
         program = folder / "calls.cpp"
         program.write_text("".join(heads) + _PROGRAM.replace("@CALLS@", "".join(calls)))

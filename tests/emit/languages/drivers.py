@@ -1,12 +1,15 @@
 """Drivers of languages: how emitted modules are built, called and run.
 
 A driver builds one program that holds all modules that it is given. That program reads calls from
-standard input, one a line: numbers of the module and of the function, then t, y, p and u. It prints
-a line of results for each, with 17 digits.
+standard input, one a line: numbers of the module and of the function, then t, y, p and u, with
+contacts the mode, and for ``reset`` the event (one more than a contact's number; 0 at a start) and
+the bounce. It prints a line of results for each, with 17 digits: for ``project`` the state, for
+``reset`` state and mode, NaN where nothing follows.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import subprocess
@@ -20,6 +23,12 @@ import pytest
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.emit.languages.interface import Interface, interface_of
 from lagrange_cli.mechanics.equations import Equations
+
+#: Functions of contacts that are not lowered: routines, and what calls them.
+AROUND = ("events", "project", "reset")
+
+#: Functions that take a mode.
+MODED = ("rhs", "multipliers", "constraints", *AROUND)
 
 
 @dataclass(frozen=True)
@@ -47,8 +56,10 @@ class Module:
 
     @property
     def functions(self) -> list[str]:
-        """Names of its functions, in their order."""
-        return [function.name for function, _ in self.interface.functions]
+        """Names of its functions, in their order, those that take a mode last."""
+        contacts = self.interface.contacts
+        moded = [] if contacts is None else [*contacts.public, *AROUND]
+        return [*(function.name for function, _ in self.interface.functions), *moded]
 
 
 class Driver(ABC):
@@ -98,13 +109,18 @@ class Driver(ABC):
             (folder / name).write_text(text, encoding="utf-8", newline="\n")
         interface = None
         if not self.holds_everything:
-            interface = interface_of(equations, self.language, frozenset(), jacobian=jacobian)
+            interface = interface_of(equations, frozenset(), jacobian=jacobian)
         return Module(equations, interface, tuple(folder / name for name in files), jacobian)
 
     def results(self, folder, modules, calls):
         """Return results of calls, a list of lists for each module."""
         lines = [
-            " ".join([str(k), str(module.functions.index(call.function)), *_numbers(call)])
+            " ".join(
+                [
+                    *(str(k), str(module.functions.index(call.function))),
+                    *_numbers(call, len(module.equations.system.contacts)),
+                ]
+            )
             for k, module in enumerate(modules)
             for call in calls[k]
         ]
@@ -120,6 +136,16 @@ class Driver(ABC):
         return [[float(x) for x in line.split(",")] for line in printed[1:]]
 
 
+def sizes_of(interface):
+    """Function of a module → the number of its results, None for a number alone."""
+    sizes = {f.name: math.prod(f.shape) if f.shape else None for f, _ in interface.functions}
+    if interface.contacts is not None:
+        public = interface.contacts.public.items()
+        sizes |= {name: math.prod(f.shape) for name, f in public}
+        sizes["events"] = interface.contacts.count
+    return sizes
+
+
 def require(*programs):
     """Skip the test where a program is missing; in CI it fails."""
     for program in programs:
@@ -130,8 +156,9 @@ def require(*programs):
             pytest.skip(message)
 
 
-def _numbers(call):
-    return [repr(x) for x in (call.t, *call.y, *call.p, *call.u)]
+def _numbers(call, contacts):
+    mode = call.mode or (0,) * contacts
+    return [repr(float(x)) for x in (call.t, *call.y, *call.p, *call.u, *mode, *call.event)]
 
 
 def executed(command, text, folder):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from lagrange_cli.emit.languages.fortran import is_driven
-from tests.emit.languages.drivers import Driver, executed
+from tests.emit.languages.drivers import MODED, Driver, executed, sizes_of
 
 COMPILE = ["gfortran", "-std=f2018", "-Wall", "-Wextra", "-pedantic", "-Werror"]
 
@@ -45,9 +44,14 @@ _SCENE = """\
     type(parameters) :: p
     real(real64) :: t, y(@STATES@), numbers(@PARAMETERS@), u(@INPUTS@)
     real(real64), allocatable :: out(:)
-    integer :: ignored(2), status
+    integer :: ignored(2), status, event, mode(@CONTACTS@)
+    real(real64) :: bounce, happening, flags(@CONTACTS@)
     allocate (out(@LARGEST@))
-    read (line, *) ignored, t, y, numbers, u
+    read (line, *) ignored, t, y, numbers, u, flags
+    mode = nint(flags)
+    event = 0
+    bounce = 1
+    happening = 0
     p = parameters(@VALUES@)
     select case (number)
 @CALLS@
@@ -91,16 +95,11 @@ class Fortran(Driver):
 
 def _scene(k, module):
     interface = module.interface
-    count = len(interface.parameters)
-    sizes = {f.name: max(1, _size(f)) for f, _ in interface.functions}
+    count, sizes = len(interface.parameters), sizes_of(interface)
     calls = []
-    for number, (function, _) in enumerate(interface.functions):
-        u = "u, " if is_driven(function) else ""
-        out, shown = ("out(1)", "out(:1)") if not function.shape else ("out", "")
-        shown = shown or f"out(:{_size(function)})"
+    for number, name in enumerate(module.functions):
         calls.append(f"    case ({number})")
-        calls.append(f"      call {function.name}(t, y, {u}p, {out}, status)")
-        calls.append(f"      call show({shown}, status)")
+        calls += [f"      {line}" for line in _call(name, interface, sizes)]
     name = next(
         line.split()[1] for line in (module.folder / "module.f90").read_text().splitlines()
         if line.startswith("module ")
@@ -112,7 +111,8 @@ def _scene(k, module):
         "@STATES@": str(interface.layout.size),
         "@PARAMETERS@": str(count),
         "@INPUTS@": str(len(interface.inputs)),
-        "@LARGEST@": str(max(sizes.values())),
+        "@CONTACTS@": str(_contacts(interface)),
+        "@LARGEST@": str(max(1, *(size or 0 for size in sizes.values()))),
         "@VALUES@": ", &\n      ".join(
             ", ".join(f"numbers({i + 1})" for i in range(start, min(start + 6, count)))
             for start in range(0, count, 6)
@@ -125,8 +125,25 @@ def _scene(k, module):
     return text
 
 
-def _size(function):
-    size = 1
-    for length in function.shape:
-        size *= length
-    return size
+def _contacts(interface):
+    return 0 if interface.contacts is None else interface.contacts.count
+
+
+def _call(name, interface, sizes):
+    """Return the lines that call a function and print its results."""
+    driven = interface.inputs and (name != "inputs" or interface.recorded)
+    passed = f"t, y, {'u, ' if driven else ''}p"
+    passed += ", mode" if interface.contacts is not None and name in MODED else ""
+    if name == "reset":
+        # With a mode, so many flags are read before the event.
+        return [
+            "read (line, *) ignored, t, y, numbers, u, flags, happening, bounce",
+            "event = nint(happening)",
+            f"call reset({passed}, event, bounce, status)",
+            "call show([y, real(mode, real64)], status)",
+        ]
+    if name == "project":
+        return [f"call project({passed}, status)", "call show(y, status)"]
+    size = sizes[name]
+    out, shown = ("out", f"out(:{size})") if size is not None else ("out(1)", "out(:1)")
+    return [f"call {name}({passed}, {out}, status)", f"call show({shown}, status)"]

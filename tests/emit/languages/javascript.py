@@ -15,9 +15,13 @@ console.log(calls.map(([m, f, ...numbers]) => {
   const [t, ...rest] = numbers.map(Number);
   const y = rest.splice(0, 2 * module.COORDINATES.length + (module.STATES ?? []).length);
   const p = rest.splice(0, module.PARAMETERS.length);
-  const more = module.INPUTS.length ? [rest] : [];
-  return [].concat(...[module[names[f]](t, y, p, ...more)].map((x) => x.length ? [...x] : x))
-    .join(' ');
+  const more = module.INPUTS.length ? [rest.splice(0, module.INPUTS.length)] : [];
+  if (module.CONTACTS) more.push(rest.splice(0, module.CONTACTS.length));
+  let results = module[names[f]](t, y, p, ...more, ...(rest.length ? [rest[0] - 1, rest[1]] : []));
+  if (names[f] === 'reset') {
+    results = results ? [...results.y, ...results.mode] : [...y, ...more.at(-1)].fill(NaN);
+  }
+  return [].concat(...[results].map((x) => x.length ? [...x] : x)).join(' ');
 }).join('\\n'));
 """
 

@@ -19,10 +19,22 @@ for line = lines
   y = v(at:at + 2*numel(f.coordinates) + k - 1); at = at + numel(y);
   count = numel(f.parameters);
   p = cell2struct(num2cell(v(at:at + count - 1)), fieldnames(f.defaults), 1); at = at + count;
-  more = {}; if ~isempty(f.input_names), more = {v(at:end)}; end
+  more = {}; count = numel(f.input_names);
+  if count > 0, more = {v(at:at + count - 1)}; at = at + count; end
   name = names{v(1) + 1}{v(2) + 1};
-  if strcmp(name, 'inputs'), more = {}; end
-  out = f.(name)(v(3), y, p, more{:});
+  if strcmp(name, 'inputs') && ~isfield(f, 'recorded'), more = {}; end
+  if isfield(f, 'contacts')
+    count = numel(f.contacts); mode = v(at:at + count - 1); at = at + count;
+    if any(strcmp(name, {'rhs', 'multipliers', 'constraints', 'events', 'project', 'reset'}))
+      more{end + 1} = mode;
+    end
+  end
+  if strcmp(name, 'reset')
+    [y, mode] = f.reset(v(3), y, p, more{:}, v(at), v(at + 1));
+    out = [y; mode];
+  else
+    out = f.(name)(v(3), y, p, more{:});
+  end
   assert(isreal(out));
   fprintf('%s\\n', sprintf('%.17g ', out.'));
 end

@@ -123,6 +123,8 @@ class Call:
         What it is given.
     expected, sizes
         Its results, each with the size of its rounding error.
+    mode, event
+        With contacts: the mode, all open if it is empty; event and bounce of a reset.
     """
 
     function: str
@@ -132,6 +134,8 @@ class Call:
     u: tuple[float, ...]
     expected: tuple[float, ...]
     sizes: tuple[float, ...]
+    mode: tuple[int, ...] = ()
+    event: tuple[float, ...] = ()
 
     def errors(self, results):
         """Return the errors of results, relative to their sizes; infinity for NaN."""

@@ -123,7 +123,7 @@ def test_a_start_off_the_closures_is_refused(tmp_path):
 
 
 def language():
-    return Printer(interface_of(derived("kepler"), "javascript", Printer.reserved))
+    return Printer(interface_of(derived("kepler"), Printer.reserved))
 
 
 def test_routines_are_told_with_their_comments():
@@ -208,9 +208,9 @@ def numbers_of_two_kinds(n: int, a: Array) -> float:
     return max(n, a[0])
 
 
-def whole_quotient(n: int) -> int:
+def remainder(n: int) -> int:
     """Return."""
-    return n // 2
+    return n % 2
 
 
 def chained(n: int) -> bool:
@@ -291,7 +291,7 @@ def text_for_number(n: int) -> bool:
         (name_without_value, "unknown name"),
         (negative_integer, "an integer that is negative"),
         (numbers_of_two_kinds, "numbers of two kinds"),
-        (whole_quotient, "unknown operator: n // 2"),
+        (remainder, "unknown operator: n % 2"),
         (chained, "unknown expression"),
         (choice, "unknown expression"),
         (several_names, "unknown statement"),

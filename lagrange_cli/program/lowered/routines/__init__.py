@@ -1,4 +1,4 @@
-"""Routines that functions call: solvers of equations, and the projection onto closures.
+"""Routines that functions call: solvers of equations, projection, contacts, recorded inputs.
 
 They are written once, in the part of Python that every language has
 (:mod:`lagrange_cli.emit.routines.translation` tells which): arguments with types, integers that are
@@ -7,4 +7,4 @@ and are translated from their source. A solver overwrites its arguments, puts th
 of the right-hand side, and returns whether there is one. Read ``elimination`` first.
 """
 
-__all__ = ["numbers", "projection", "registry"]
+__all__ = ["impacts", "numbers", "projection", "registry"]

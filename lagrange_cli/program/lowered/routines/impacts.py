@@ -82,7 +82,7 @@ def reset_contacts(
     mode: Array,
     gap: Array,
     terms: Array,
-    held: Array,
+    before: Array,
     closed: Array,
     speed: Array,
     size: Array,
@@ -103,14 +103,14 @@ def reset_contacts(
     singular configuration or where a number is not finite, 4 where contacts leave no motion, which
     are then those of the mode.
     """
-    if not look(n, c, contacts, event, late, y, mode, gap, terms, held, closed, speed, size):
+    if not look(n, c, contacts, event, late, y, mode, gap, terms, before, closed, speed, size):
         clear(c, mode)
         return UNDETERMINED
     respond(n, c, contacts, y, mode, terms, closed, d, change)
     clear(c, mode)
     approaching = False
     for k in range(c):
-        if closed[k] > 0.0 and not held[k] > 0.0 and speed[k] < -RATE_TOLERANCE * size[k]:
+        if closed[k] > 0.0 and not before[k] > 0.0 and speed[k] < -RATE_TOLERANCE * size[k]:
             approaching = True
     if approaching:
         outcome = collide(
@@ -121,7 +121,7 @@ def reset_contacts(
             y,
             mode,
             terms,
-            held,
+            before,
             closed,
             speed,
             size,
@@ -137,11 +137,35 @@ def reset_contacts(
             return outcome
     for k in range(c):
         stays = speed[k] <= RATE_TOLERANCE * size[k]
-        if held[k] > 0.0 and not approaching:
+        if before[k] > 0.0 and not approaching:
             stays = k != event
         if not stays:
             closed[k] = 0.0
-    # The contacts among what is closed that have to push now.
+    return settle(n, c, contacts, y, mode, terms, closed, size, start, w, x, d, slope, force, r, a)
+
+
+def settle(
+    n: int,
+    c: int,
+    contacts: Contacts,
+    y: Array,
+    mode: Array,
+    terms: Array,
+    closed: Array,
+    size: Array,
+    start: Array,
+    w: Array,
+    x: Array,
+    d: Array,
+    slope: Array,
+    force: Array,
+    r: Array,
+    a: Array,
+) -> int:
+    """Store the mode in which those of the closed contacts are closed that have to push now.
+
+    Return 0, or why nothing follows.
+    """
     if not contacts.gap_terms(y, terms):
         return UNDETERMINED
     if not contacts.flight_rhs(y, slope):
@@ -177,7 +201,7 @@ def look(
     mode: Array,
     gap: Array,
     terms: Array,
-    held: Array,
+    before: Array,
     closed: Array,
     speed: Array,
     size: Array,
@@ -196,9 +220,9 @@ def look(
         near = RATE_TOLERANCE * gap[c + k]
         if speed[k] < 0.0:
             near -= late * speed[k]
-        held[k] = mode[k]
+        before[k] = mode[k]
         closed[k] = 0.0
-        if held[k] > 0.0 or k == event or gap[k] <= near:
+        if before[k] > 0.0 or k == event or gap[k] <= near:
             closed[k] = 1.0
     return True
 
@@ -260,7 +284,7 @@ def collide(
     y: Array,
     mode: Array,
     terms: Array,
-    held: Array,
+    before: Array,
     closed: Array,
     speed: Array,
     size: Array,
@@ -280,7 +304,7 @@ def collide(
         e = terms[c * n + 2 * c + k]
         if closed[k] > 0.0 and not (e >= 0.0 and e <= 1.0 + RATE_TOLERANCE):
             return NO_MOTION
-        if held[k] > 0.0:
+        if before[k] > 0.0:
             speed[k] = 0.0
         start[k] = speed[k]
         if speed[k] < 0.0:
@@ -323,6 +347,6 @@ def reset_arrays(n: int, rates: int, c: int, m: int) -> dict[str, int]:
 
     rates is the number of rates of the state, m that of multipliers, those of closures among them.
     """
-    single = ("held", "closed", "speed", "size", "start", "w", "x")
+    single = ("before", "closed", "speed", "size", "start", "w", "x")
     arrays = {"gap": 2 * c, "terms": c * (n + 3), **dict.fromkeys(single, c), "d": c * c}
     return {**arrays, "change": n, "slope": rates, "force": m, "r": c, "a": c * c}

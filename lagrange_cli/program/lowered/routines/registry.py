@@ -11,14 +11,13 @@ from lagrange_cli.program.lowered.routines.elimination import (
     solve_definite,
     solve_pivoted,
 )
-from lagrange_cli.program.lowered.routines.event_search import advance
 from lagrange_cli.program.lowered.routines.impacts import falling, reset_contacts
+from lagrange_cli.program.lowered.routines.motions import advance, interpolated
 from lagrange_cli.program.lowered.routines.projection import (
     is_near,
     lead_positions,
     lead_velocities,
 )
-from lagrange_cli.program.lowered.routines.recordings import interpolated
 from lagrange_cli.program.lowered.routines.saddle import solve_saddle
 
 #: Name → routine; solvers return whether there is a solution. Those of projections,

@@ -2,7 +2,7 @@
 
 #include "bouncing_ball.h"
 
-#if bouncing_ball_EMISSION != 0x49af2369UL
+#if bouncing_ball_EMISSION != 0x9bc42496UL
 #error "bouncing_ball.c and bouncing_ball.h are not of one emission: emit both once more"
 #endif
 
@@ -736,365 +736,502 @@ static int bouncing_ball_contact_project(double t, double *y, const double *u, c
     return status;
 }
 
-static int bouncing_ball_contact_events(double t, const double *y, const double *u, const bouncing_ball_params *p, const double *contact, double *work, double *out)
+/*
+ * Store what falls through zero where one of c contacts opens or closes.
+ *
+ * It is the multiplier of a closed one, behind those of m closures, and the gap of an open one.
+ * gap and force are overwritten. Tell whether all are known.
+ */
+static int bouncing_ball_falling(int c, int m, double t, const double *u, const
+        bouncing_ball_params *p, double *work, const double *y, const double *mode, double *out,
+        double *gap, double *force)
 {
-    double *const found = work + 14;
-    int k, closed = 0, status = bouncing_ball_gaps(t, y, u, p, contact, work, found);
-    for (k = 0; k < 1; ++k) {
-        closed = closed || contact[k] > 0.0;
-        out[k] = found[k];
+    if (!(bouncing_ball_gaps(t, y, u, p, mode, work, gap) == 0)) {
+        return 0;
     }
-    if (status != 0 || !closed) {
-        return status;
+    int closed = 0;
+    for (int k = 0; k < c; ++k) {
+        out[k] = gap[k];
+        if (mode[k] > 0.0) {
+            closed = 1;
+        }
     }
-    status = bouncing_ball_contact_multipliers(t, y, u, p, contact, work, found);
-    for (k = 0; k < 1; ++k) {
-        out[k] = contact[k] > 0.0 ? found[0 + k] : out[k];
+    if (closed) {
+        if (!(bouncing_ball_contact_multipliers(t, y, u, p, mode, work, force) == 0)) {
+            return 0;
+        }
+        for (int k = 0; k < c; ++k) {
+            if (mode[k] > 0.0) {
+                out[k] = force[m + k];
+            }
+        }
     }
-    return status;
+    return 1;
 }
 
 /*
- * What is known of the contacts at an event: gaps with their magnitudes; terms
- * (gradients by rows, rates, biases, restitutions); which were in contact and
- * which are closed (1 or 0); rates or accelerations w of the gaps, with the
- * magnitudes they are the sum of, and the pushes x that they take; d[j, k], what
- * a unit of push k adds to w[j]; which pushes are active.
+ * Return the rate of gap k.
  */
-typedef struct {
-    double *gap, *gradient, *rate, *bias, *restitution;
-    double *held, *closed, *speed, *w, *size, *x, *active, *d, *change, *more;
-} bouncing_ball_closing;
-
-/* more[0..n-1] becomes r of d r = more, for active pushes alone; what is zero costs nothing
- * (contacts that act on their neighbours). 1: a pivot is not larger than smallest, if that
- * is positive. */
-static int bouncing_ball_among_active(int n, double smallest, bouncing_ball_closing *c)
+static double bouncing_ball_gap_rate(int n, int c, int k, const double *y, const double *terms)
 {
-    double *const r = c->more, *const a = r + n;
-    int i, j, l;
-    for (i = 0; i < n; ++i) {
-        for (j = 0; j < n; ++j) {
-            const int both = c->active[i] > 0.0 && c->active[j] > 0.0;
-            a[i*n + j] = both ? c->d[i*n + j] : (i == j ? 1.0 : 0.0);
+    double rate = terms[c*n + k];
+    for (int i = 0; i < n; ++i) {
+        rate += terms[k*n + i]*y[n + i];
+    }
+    return rate;
+}
+
+/*
+ * Return the sum of the magnitudes of the terms of the rate of gap k.
+ */
+static double bouncing_ball_gap_size(int n, int c, int k, const double *y, const double *terms)
+{
+    double size = fabs(terms[c*n + k]);
+    for (int i = 0; i < n; ++i) {
+        size += fabs(terms[k*n + i]*y[n + i]);
+    }
+    return size;
+}
+
+/*
+ * Store gaps and terms at a state, what was closed and is now, and rates of the gaps.
+ *
+ * Tell whether all are known.
+ */
+static int bouncing_ball_look(int n, int c, double t, const double *u, const
+        bouncing_ball_params *p, double *work, int event, double late, const double *y, const
+        double *mode, double *gap, double *terms, double *held, double *closed, double *speed,
+        double *size)
+{
+    if (!(bouncing_ball_gaps(t, y, u, p, mode, work, gap) == 0)) {
+        return 0;
+    }
+    if (!(bouncing_ball_gap_terms(t, y, u, p, mode, work, terms) == 0)) {
+        return 0;
+    }
+    for (int k = 0; k < c; ++k) {
+        speed[k] = bouncing_ball_gap_rate(n, c, k, y, terms);
+        size[k] = bouncing_ball_gap_size(n, c, k, y, terms);
+        double near = 1e-12*gap[c + k];
+        if (speed[k] < 0.0) {
+            near -= late*speed[k];
+        }
+        held[k] = mode[k];
+        closed[k] = 0.0;
+        if (held[k] > 0.0 || k == event || gap[k] <= near) {
+            closed[k] = 1.0;
         }
     }
-    for (j = 0; j < n; ++j) {
-        if (smallest > 0.0 && !(a[j*n + j] > smallest)) {
-            return 1;
+    return 1;
+}
+
+/*
+ * Open all contacts of a mode.
+ */
+static void bouncing_ball_clear(int c, double *mode)
+{
+    for (int k = 0; k < 2*c; ++k) {
+        mode[k] = 0.0;
+    }
+}
+
+/*
+ * Store by columns what a unit impulse of each closed contact adds to the rates of all gaps.
+ */
+static void bouncing_ball_respond(int n, int c, double t, const double *u, const
+        bouncing_ball_params *p, double *work, const double *y, double *mode, const double
+        *terms, const double *closed, double *d, double *change)
+{
+    for (int k = 0; k < c; ++k) {
+        bouncing_ball_clear(c, mode);
+        mode[k] = 1.0;
+        mode[c + k] = 1.0;
+        int moves = 0;
+        if (closed[k] > 0.0) {
+            moves = (bouncing_ball_impulse(t, y, u, p, mode, work, change) == 0);
         }
-        for (i = j + 1; i < n; ++i) {
+        /* One that the closures alone hold back takes no impulse. */
+        for (int j = 0; j < c; ++j) {
+            d[j*c + k] = 0.0;
+            for (int i = 0; i < n; ++i) {
+                if (moves) {
+                    d[j*c + k] += terms[j*n + i]*change[i];
+                }
+            }
+        }
+    }
+}
+
+/*
+ * Solve d x = r for active pushes alone; x replaces r, and a is overwritten.
+ *
+ * What is zero costs nothing (contacts that act on their neighbours). Tell whether all pivots are
+ * larger than the least one.
+ */
+static int bouncing_ball_solve_active(int n, double least, const double *d, const double
+        *active, double *r, double *a)
+{
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < n; ++j) {
+            a[i*n + j] = 0.0;
+            if (active[i] > 0.0 && active[j] > 0.0) {
+                a[i*n + j] = d[i*n + j];
+            } else if (i == j) {
+                a[i*n + j] = 1.0;
+            }
+        }
+    }
+    for (int j = 0; j < n; ++j) {
+        if (!(a[j*n + j] > least)) {
+            return 0;
+        }
+        for (int i = j + 1; i < n; ++i) {
             const double ratio = a[i*n + j]/a[j*n + j];
             if (ratio < 0.0 || ratio > 0.0) {
-                for (l = j; l < n; ++l) {
-                    a[i*n + l] -= ratio*a[j*n + l];
+                for (int k = j; k < n; ++k) {
+                    a[i*n + k] -= ratio*a[j*n + k];
                 }
                 r[i] -= ratio*r[j];
             }
         }
     }
-    for (i = n - 1; i >= 0; --i) {
-        for (j = i + 1; j < n; ++j) {
+    for (int i = n - 1; i >= 0; --i) {
+        for (int j = i + 1; j < n; ++j) {
             r[i] -= a[i*n + j]*r[j];
         }
         r[i] /= a[i*n + i];
     }
-    return 0;
-}
-
-/* more[0..n-1]: how active pushes give way to a unit of push k. */
-static void bouncing_ball_giving_way(int n, int k, bouncing_ball_closing *c)
-{
-    int i;
-    for (i = 0; i < n; ++i) {
-        c->more[i] = c->active[i] > 0.0 ? c->d[i*n + k] : 0.0;
-    }
-    (void)bouncing_ball_among_active(n, 0.0, c);
+    return 1;
 }
 
 /*
- * Raises push k until w[k] is zero; active pushes that are used up end. Returns 1 if it
- * has no effect; active are then those that take all of it.
+ * Store x and active of what pushes at first sight: zeros where that does not end soon.
+ *
+ * It is all that is violated, without what would pull, with what is violated then
+ * (Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865). r and a are overwritten.
  */
-static int bouncing_ball_raise(int n, int k, bouncing_ball_closing *c)
+static void bouncing_ball_guess_pushes(int n, const double *d, const double *closed, const
+        double *start, const double *size, double *x, double *active, double *r, double *a)
 {
-    int j;
-    for (;;) {
-        const double *const r = c->more;
-        double rise = c->d[k*n + k], least = 0.0, full;
-        int first = -1;
-        bouncing_ball_giving_way(n, k, c);
-        for (j = 0; j < n; ++j) {
-            if (c->active[j] > 0.0) {
-                rise -= c->d[k*n + j]*r[j];
-                if (r[j] > 0.0 && (first < 0 || c->x[j]/r[j] < least)) {
+    for (int k = 0; k < n; ++k) {
+        active[k] = 0.0;
+        if (closed[k] > 0.0 && start[k] < 0.0) {
+            active[k] = 1.0;
+        }
+    }
+    int rounds = 12;
+    int changing = 1;
+    while (changing && rounds > 0) {
+        rounds -= 1;
+        for (int k = 0; k < n; ++k) {
+            r[k] = 0.0;
+            if (active[k] > 0.0) {
+                r[k] = -start[k];
+            }
+        }
+        if (!bouncing_ball_solve_active(n, 1e-06, d, active, r, a)) {
+            break;
+        }
+        changing = 0;
+        for (int k = 0; k < n; ++k) {
+            double rate = start[k];
+            double magnitude = size[k];
+            for (int j = 0; j < n; ++j) {
+                rate += d[k*n + j]*r[j];
+                magnitude += fabs(d[k*n + j]*r[j]);
+            }
+            int pushes = closed[k] > 0.0 && rate < (-1e-12)*magnitude;
+            if (active[k] > 0.0) {
+                pushes = r[k] > 0.0;
+            }
+            x[k] = 0.0;
+            if (pushes) {
+                x[k] = 1.0;
+            }
+            if (x[k] != active[k]) {
+                changing = 1;
+            }
+        }
+        for (int k = 0; k < n; ++k) {
+            if (changing) {
+                active[k] = x[k];
+            }
+            x[k] = r[k];
+        }
+    }
+    if (changing) {
+        for (int k = 0; k < n; ++k) {
+            active[k] = 0.0;
+            x[k] = 0.0;
+        }
+    }
+}
+
+/*
+ * Raise push k until w[k] is zero; active pushes that are used up end.
+ *
+ * r and a are overwritten. Tell whether that has an effect; else active are the contacts that
+ * take all of it.
+ */
+static int bouncing_ball_raise_push(int n, int k, const double *d, double *w, double *x, double
+        *active, double *r, double *a)
+{
+    while (!(active[k] > 0.0)) {
+        for (int j = 0; j < n; ++j) {
+            r[j] = 0.0;
+            if (active[j] > 0.0) {
+                r[j] = d[j*n + k];
+            }
+        }
+        if (!bouncing_ball_solve_active(n, 0.0, d, active, r, a)) {
+            for (int j = 0; j < n; ++j) {
+                active[j] = 0.0;
+            }
+            return 0;
+        }
+        double rise = d[k*n + k];
+        int first = n;
+        double least = 0.0;
+        for (int j = 0; j < n; ++j) {
+            if (active[j] > 0.0) {
+                rise -= d[k*n + j]*r[j];
+                if (r[j] > 0.0 && (first == n || x[j]/r[j] < least)) {
                     first = j;
-                    least = c->x[j]/r[j];
+                    least = x[j]/r[j];
                 }
             }
         }
-        full = rise > 1e-12 ? -c->w[k]/rise : INFINITY;
-        if (first < 0 && !(full < INFINITY)) {
-            for (j = 0; j < n; ++j) {
-                c->active[j] = j == k || r[j] < -1e-12 ? 1.0 : 0.0;
+        if (first == n && !(rise > 1e-12)) {
+            for (int j = 0; j < n; ++j) {
+                active[j] = 0.0;
+                if (j == k || r[j] < (-1e-12)) {
+                    active[j] = 1.0;
+                }
             }
-            return 1;
-        }
-        if (first < 0 || full <= least) {
-            least = full;
-            first = -1;
-        }
-        for (j = 0; j < n; ++j) {
-            if (c->active[j] > 0.0) {
-                c->x[j] = fmax(c->x[j] - least*r[j], 0.0);
-            }
-        }
-        c->x[k] += least;
-        if (first < 0) {
-            c->active[k] = 1.0;
             return 0;
         }
-        c->w[k] = fmin(c->w[k] + least*rise, 0.0);
-        c->active[first] = c->x[first] = 0.0;
-    }
-}
-
-/*
- * Pushes x >= 0 with w + d x >= 0, one of both zero for each contact that is
- * closed, by the dual method of Goldfarb and Idnani (Math. Programming 27
- * (1983) 1). w and size become w + d x and its magnitudes; w is zero where it is
- * rounding. Returns 1 if there are no such pushes; active are then contacts that
- * cannot all be met, none where that is not known.
- */
-static int bouncing_ball_push(int n, bouncing_ball_closing *c)
-{
-    double *const w = c->more + n + n*n, *const size = w + n;
-    int j, k, step;
-    for (k = 0; k < n; ++k) {
-        c->x[k] = c->active[k] = 0.0;
-        w[k] = fabs(c->w[k]) > 1e-12*c->size[k] ? c->w[k] : 0.0;
-        size[k] = c->size[k];
-    }
-    for (step = 0; step < 64*(n + 1); ++step) {
-        int violated = -1;
-        for (k = n - 1; k >= 0; --k) {
-            c->w[k] = w[k];
-            c->size[k] = size[k];
-            for (j = 0; j < n; ++j) {
-                c->w[k] += c->d[k*n + j]*c->x[j];
-                c->size[k] += fabs(c->d[k*n + j]*c->x[j]);
+        if (rise > 1e-12 && (first == n || (-w[k])/rise <= least)) {
+            first = n;
+            least = (-w[k])/rise;
+        }
+        for (int j = 0; j < n; ++j) {
+            if (active[j] > 0.0) {
+                x[j] -= least*r[j];
+                if (!(x[j] > 0.0)) {
+                    x[j] = 0.0;
+                }
             }
-            if (c->active[k] > 0.0 || fabs(c->w[k]) <= 1e-12*c->size[k]) {
-                c->w[k] = 0.0;
+        }
+        x[k] += least;
+        if (first == n) {
+            active[k] = 1.0;
+        } else {
+            w[k] += least*rise;
+            if (w[k] > 0.0) {
+                w[k] = 0.0;
             }
-            violated = c->closed[k] > 0.0 && c->w[k] < 0.0 ? k : violated;
+            active[first] = 0.0;
+            x[first] = 0.0;
         }
-        if (violated < 0) {
-            return 0;
-        }
-        if (bouncing_ball_raise(n, violated, c) != 0) {
-            return 1;
-        }
-    }
-    for (k = 0; k < n; ++k) {
-        c->active[k] = 0.0;
     }
     return 1;
 }
 
-/* contact: those that leave no motion behind an event, which is the error 4. */
-static int bouncing_ball_deadlock(double *contact, const bouncing_ball_closing *c)
+/*
+ * Find pushes x of the n contacts of which some are closed, and which of them are active.
+ *
+ * start are the numbers w without pushes, size the magnitudes that they are sums of: what is
+ * rounding becomes zero. The arrays behind are overwritten. Tell whether there are such pushes;
+ * else active are contacts that cannot all be met, none where that is not known.
+ */
+static int bouncing_ball_push(int n, const double *d, const double *closed, double *start, const
+        double *size, double *w, double *x, double *active, double *r, double *a)
 {
-    int k;
-    for (k = 0; k < 1; ++k) {
-        contact[k] = c != 0 ? c->active[k] : 0.0;
-    }
-    return 4;
-}
-
-/* The rate of gap k, and the magnitudes it is the sum of. */
-static double bouncing_ball_speed(int k, const double *y, const bouncing_ball_closing *c, double *size)
-{
-    double speed = c->rate[k];
-    int i;
-    *size = fabs(speed);
-    for (i = 0; i < 2; ++i) {
-        const double term = c->gradient[k*2 + i]*y[2 + i];
-        speed += term;
-        *size += fabs(term);
-    }
-    return speed;
-}
-
-/* gap and terms at a state; what is closed; rates of the gaps with their magnitudes. */
-static int bouncing_ball_look(double t, const double *y, const double *u, const bouncing_ball_params *p, const double *contact, int event, double *work, bouncing_ball_closing *c)
-{
-    int k, status = bouncing_ball_gaps(t, y, u, p, contact, work, c->gap);
-    if (status == 0) {
-        status = bouncing_ball_gap_terms(t, y, u, p, contact, work, c->gradient);
-    }
-    for (k = 0; k < 1 && status == 0; ++k) {
-        const double speed = bouncing_ball_speed(k, y, c, &c->size[k]);
-        /* What closes within the rounding error of the time closes now. */
-        const double late = 1.4210854715202004e-14*fabs(t)*fmin(speed, 0.0);
-        const double near = 1e-12*c->gap[1 + k] - late;
-        c->held[k] = contact[k] > 0.0 ? 1.0 : 0.0;
-        c->closed[k] = contact[k] > 0.0 || k == event || c->gap[k] <= near ? 1.0 : 0.0;
-        c->speed[k] = speed;
-    }
-    return status;
-}
-
-/* d: the rates that a unit impulse of each closed contact adds, as parts of its own. */
-static int bouncing_ball_respond(double t, const double *y, const double *u, const bouncing_ball_params *p, double *contact, double *work, bouncing_ball_closing *c)
-{
-    int i, j, k;
-    for (k = 0; k < 1; ++k) {
-        int status = 1;
-        for (j = 0; j < 1; ++j) {
-            contact[j] = contact[1 + j] = j == k ? 1.0 : 0.0;
+    for (int k = 0; k < n; ++k) {
+        x[k] = 0.0;
+        active[k] = 0.0;
+        if (!(fabs(start[k]) > 1e-12*size[k])) {
+            start[k] = 0.0;
         }
-        if (c->closed[k] > 0.0) {
-            status = bouncing_ball_impulse(t, y, u, p, contact, work, c->change);
-        }
-        if (status > 1) {
-            return status;
-        }
-        /* One that the closures alone hold back (1) takes no impulse. */
-        for (j = 0; j < 1; ++j) {
-            double *const of = c->d + j*1 + k;
-            *of = 0.0;
-            for (i = 0; i < 2 && status == 0; ++i) {
-                *of += c->gradient[j*2 + i]*c->change[i];
+    }
+    if (n >= 8) {
+        bouncing_ball_guess_pushes(n, d, closed, start, size, x, active, r, a);
+    }
+    int steps = 64*(n + 1);
+    while (steps > 0) {
+        steps -= 1;
+        int violated = n;
+        for (int k = n - 1; k >= 0; --k) {
+            w[k] = start[k];
+            double magnitude = size[k];
+            for (int j = 0; j < n; ++j) {
+                w[k] += d[k*n + j]*x[j];
+                magnitude += fabs(d[k*n + j]*x[j]);
+            }
+            if (active[k] > 0.0 || fabs(w[k]) <= 1e-12*magnitude) {
+                w[k] = 0.0;
+            }
+            if (closed[k] > 0.0 && w[k] < 0.0) {
+                violated = k;
             }
         }
+        if (violated == n) {
+            return 1;
+        }
+        if (!bouncing_ball_raise_push(n, violated, d, w, x, active, r, a)) {
+            return 0;
+        }
+    }
+    for (int k = 0; k < n; ++k) {
+        active[k] = 0.0;
     }
     return 0;
 }
 
-/* The impact of what is closed: v changes, and speed becomes the rates after it. */
-static int bouncing_ball_hit(double t, double *y, const double *u, const bouncing_ball_params *p, double *contact, double bounce, double *work, bouncing_ball_closing *c)
+/*
+ * Change velocities by the impact of what is closed, and the rates of the gaps with them.
+ *
+ * Return 0, or why that is impossible.
+ */
+static int bouncing_ball_collide(int n, int c, double t, const double *u, const
+        bouncing_ball_params *p, double *work, double bounce, double *y, double *mode, const
+        double *terms, const double *held, const double *closed, double *speed, double *size,
+        double *start, double *w, double *x, const double *d, double *change, double *r, double
+        *a)
 {
-    int i, k, round, status;
-    for (k = 0; k < 1; ++k) {
-        const double e = c->restitution[k];
-        if (c->closed[k] > 0.0 && !(e >= 0.0 && e <= 1.0 + 1e-12)) {
-            return bouncing_ball_deadlock(contact, 0);
+    for (int k = 0; k < c; ++k) {
+        const double e = terms[c*n + 2*c + k];
+        if (closed[k] > 0.0 && !(e >= 0.0 && e <= 1.0 + 1e-12)) {
+            return 4;
         }
-        c->speed[k] = c->held[k] > 0.0 ? 0.0 : c->speed[k];
-        c->w[k] = c->speed[k] + bounce*e*fmin(c->speed[k], 0.0);
+        if (held[k] > 0.0) {
+            speed[k] = 0.0;
+        }
+        start[k] = speed[k];
+        if (speed[k] < 0.0) {
+            start[k] += bounce*e*speed[k];
+        }
     }
-    if (bouncing_ball_push(1, c) != 0) {
-        return bouncing_ball_deadlock(contact, c);
+    if (!bouncing_ball_push(c, d, closed, start, size, w, x, mode, r, a)) {
+        return 4;
     }
-    for (k = 0; k < 1; ++k) {
-        contact[k] = c->active[k];
-        /* The least rate after the impact, and that of active contacts. */
-        c->speed[k] = -bounce*c->restitution[k]*fmin(c->speed[k], 0.0);
-        (void)bouncing_ball_speed(k, y, c, &c->size[k]);
+    /* The least rate after the impact, and that of active contacts. */
+    for (int k = 0; k < c; ++k) {
+        double least = 0.0;
+        if (speed[k] < 0.0) {
+            least = (-bounce)*terms[c*n + 2*c + k]*speed[k];
+        }
+        speed[k] = least;
     }
     /* A second time for what rounding has left of the first. */
-    for (round = 0; round < 2; ++round) {
-        for (k = 0; k < 1; ++k) {
-            double size;
-            contact[1 + k] = c->speed[k] - bouncing_ball_speed(k, y, c, &size);
+    int rounds = 2;
+    while (rounds > 0) {
+        rounds -= 1;
+        for (int k = 0; k < c; ++k) {
+            mode[c + k] = speed[k] - bouncing_ball_gap_rate(n, c, k, y, terms);
         }
-        status = bouncing_ball_impulse(t, y, u, p, contact, work, c->change);
-        if (status != 0) {
-            return status;
+        if (!(bouncing_ball_impulse(t, y, u, p, mode, work, change) == 0)) {
+            bouncing_ball_clear(c, mode);
+            return 1;
         }
-        for (i = 0; i < 2; ++i) {
-            y[2 + i] += c->change[i];
+        for (int i = 0; i < n; ++i) {
+            y[n + i] += change[i];
         }
     }
-    for (k = 0; k < 1; ++k) {
-        double size;
-        const double speed = bouncing_ball_speed(k, y, c, &size), off = speed - c->speed[k];
-        const int active = c->active[k] > 0.0;
-        c->size[k] += size;
-        if (c->closed[k] > 0.0
-            && !((active ? fabs(off) : -off) <= 1000.0*1e-12*c->size[k])) {
-            return bouncing_ball_deadlock(contact, 0);
+    for (int k = 0; k < c; ++k) {
+        const double rate = bouncing_ball_gap_rate(n, c, k, y, terms);
+        size[k] += bouncing_ball_gap_size(n, c, k, y, terms);
+        double error = speed[k] - rate;
+        if (mode[k] > 0.0) {
+            error = fabs(error);
         }
-        c->speed[k] = active ? c->speed[k] : speed;
+        if (closed[k] > 0.0 && !(error <= 1000.0*1e-12*size[k])) {
+            bouncing_ball_clear(c, mode);
+            return 4;
+        }
+        if (!(mode[k] > 0.0)) {
+            speed[k] = rate;
+        }
     }
     return 0;
 }
 
-/* The contacts among what is closed that have to push now. */
-static int bouncing_ball_settle(double t, const double *y, const double *u, const bouncing_ball_params *p, double *contact, double *work, bouncing_ball_closing *c)
+/*
+ * Change state and mode behind an event of a contact, or at a start, where event is c.
+ *
+ * bounce is 1, or 0 for an impact without restitution; what closes within the time late closes
+ * now. The arrays behind the mode are overwritten. Return 0, or why nothing follows: 1 in a
+ * singular configuration or where a number is not finite, 4 where contacts leave no motion, which
+ * are then those of the mode.
+ */
+static int bouncing_ball_reset_contacts(int n, int c, double t, const double *u, const
+        bouncing_ball_params *p, double *work, int event, double bounce, double late, double *y,
+        double *mode, double *gap, double *terms, double *held, double *closed, double *speed,
+        double *size, double *start, double *w, double *x, double *d, double *change, double
+        *slope, double *force, double *r, double *a)
 {
-    int i, k, pushing = 0, status = bouncing_ball_gap_terms(t, y, u, p, contact, work, c->gradient);
-    if (status == 0) {
-        status = bouncing_ball_flight_rhs(t, y, u, p, work, c->change);
+    if (!bouncing_ball_look(n, c, t, u, p, work, event, late, y, mode, gap, terms, held,
+        closed, speed, size)) {
+        bouncing_ball_clear(c, mode);
+        return 1;
     }
-    if (status != 0) {
-        return status;
-    }
-    for (k = 0; k < 1; ++k) {
-        c->w[k] = c->bias[k];
-        c->size[k] = fabs(c->bias[k]);
-        for (i = 0; i < 2; ++i) {
-            const double term = c->gradient[k*2 + i]*c->change[2 + i];
-            c->w[k] += term;
-            c->size[k] += fabs(term);
+    bouncing_ball_respond(n, c, t, u, p, work, y, mode, terms, closed, d, change);
+    bouncing_ball_clear(c, mode);
+    int approaching = 0;
+    for (int k = 0; k < c; ++k) {
+        if (closed[k] > 0.0 && !(held[k] > 0.0) && speed[k] < (-1e-12)*size[k]) {
+            approaching = 1;
         }
-    }
-    if (bouncing_ball_push(1, c) != 0) {
-        return bouncing_ball_deadlock(contact, c);
-    }
-    for (k = 0; k < 1; ++k) {
-        contact[k] = c->active[k];
-        contact[1 + k] = 0.0;
-        pushing = pushing || contact[k] > 0.0;
-    }
-    return pushing ? bouncing_ball_contact_multipliers(t, y, u, p, contact, work, c->change) : 0;
-}
-
-static int bouncing_ball_contact_reset(double t, double *y, const double *u, const bouncing_ball_params *p, double *contact, int event, double bounce, double *work)
-{
-    bouncing_ball_closing c;
-    int k, any = 0, approaching = 0, status;
-    c.gap = work + 14;
-    c.gradient = c.gap + 2*1;
-    c.rate = c.gradient + 1*2;
-    c.bias = c.rate + 1;
-    c.restitution = c.bias + 1;
-    c.held = c.restitution + 1;
-    c.closed = c.held + 1;
-    c.speed = c.closed + 1;
-    c.w = c.speed + 1;
-    c.size = c.w + 1;
-    c.x = c.size + 1;
-    c.active = c.x + 1;
-    c.d = c.active + 1;
-    c.change = c.d + 1*1;
-    c.more = c.change + 4;
-    status = bouncing_ball_look(t, y, u, p, contact, (int)event, work, &c);
-    if (status == 0) {
-        status = bouncing_ball_respond(t, y, u, p, contact, work, &c);
-    }
-    if (status != 0) {
-        return status;
-    }
-    for (k = 0; k < 1; ++k) {
-        const int comes = c.held[k] == 0.0 && c.speed[k] < -1e-12*c.size[k];
-        any = any || c.closed[k] > 0.0;
-        approaching = approaching || (c.closed[k] > 0.0 && comes);
     }
     if (approaching) {
-        status = bouncing_ball_hit(t, y, u, p, contact, bounce, work, &c);
-        if (status != 0) {
-            return status;
+        const int outcome = bouncing_ball_collide(n, c, t, u, p, work, bounce, y, mode, terms,
+            held, closed, speed, size, start, w, x, d, change, r, a);
+        if (outcome > 0) {
+            return outcome;
         }
     }
-    for (k = 0; k < 1; ++k) {
-        const int stays = c.speed[k] <= 1e-12*c.size[k]
-            || (!approaching && c.held[k] > 0.0);
-        const int released = !approaching && k == (int)event && c.held[k] > 0.0;
-        c.closed[k] = stays && !released ? c.closed[k] : 0.0;
+    for (int k = 0; k < c; ++k) {
+        int stays = speed[k] <= 1e-12*size[k];
+        if (held[k] > 0.0 && !approaching) {
+            stays = k != event;
+        }
+        if (!stays) {
+            closed[k] = 0.0;
+        }
     }
-    return bouncing_ball_settle(t, y, u, p, contact, work, &c);
+    /* The contacts among what is closed that have to push now. */
+    if (!(bouncing_ball_gap_terms(t, y, u, p, mode, work, terms) == 0)) {
+        return 1;
+    }
+    if (!(bouncing_ball_flight_rhs(t, y, u, p, work, slope) == 0)) {
+        return 1;
+    }
+    for (int k = 0; k < c; ++k) {
+        start[k] = terms[c*n + c + k];
+        size[k] = fabs(start[k]);
+        for (int i = 0; i < n; ++i) {
+            start[k] += terms[k*n + i]*slope[n + i];
+            size[k] += fabs(terms[k*n + i]*slope[n + i]);
+        }
+    }
+    if (!bouncing_ball_push(c, d, closed, start, size, w, x, mode, r, a)) {
+        return 4;
+    }
+    int pushing = 0;
+    for (int k = 0; k < c; ++k) {
+        mode[c + k] = 0.0;
+        if (mode[k] > 0.0) {
+            pushing = 1;
+        }
+    }
+    if (!pushing) {
+        return 0;
+    }
+    if (!(bouncing_ball_contact_multipliers(t, y, u, p, mode, work, force) == 0)) {
+        bouncing_ball_clear(c, mode);
+        return 1;
+    }
+    return 0;
 }
 
 /* contact[0..2*1-1]: 1 for what is closed, then zeros; whether anything is closed. */
@@ -1112,7 +1249,7 @@ static int bouncing_ball_flags(const int *mode, double *contact)
 
 int bouncing_ball_rhs(double t, const double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work, double *dydt)
 {
-    double *const contact = work + 37;
+    double *const contact = work + 38;
     if (!bouncing_ball_flags(mode, contact)) {
         return bouncing_ball_flight_rhs(t, y, u, p, work, dydt);
     }
@@ -1121,38 +1258,42 @@ int bouncing_ball_rhs(double t, const double *y, const double *u, const bouncing
 
 int bouncing_ball_multipliers(double t, const double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work, double *out)
 {
-    double *const contact = work + 37;
+    double *const contact = work + 38;
     (void)bouncing_ball_flags(mode, contact);
     return bouncing_ball_contact_multipliers(t, y, u, p, contact, work, out);
 }
 
 int bouncing_ball_constraints(double t, const double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work, double *out)
 {
-    double *const contact = work + 37;
+    double *const contact = work + 38;
     (void)bouncing_ball_flags(mode, contact);
     return bouncing_ball_contact_constraints(t, y, u, p, contact, work, out);
 }
 
 int bouncing_ball_events(double t, const double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work, double *out)
 {
-    double *const contact = work + 37;
+    double *const contact = work + 38;
     (void)bouncing_ball_flags(mode, contact);
-    return bouncing_ball_contact_events(t, y, u, p, contact, work, out);
+    return bouncing_ball_falling(1, 0, t, u, p, work, y, contact, out, work + 14, work + 16) ? 0
+        : 1;
 }
 
 int bouncing_ball_project(double t, double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work)
 {
-    double *const contact = work + 37;
+    double *const contact = work + 38;
     (void)bouncing_ball_flags(mode, contact);
     return bouncing_ball_contact_project(t, y, u, p, contact, work);
 }
 
 int bouncing_ball_reset(double t, double *y, const double *u, const bouncing_ball_params *p, int *mode, int event, double bounce, double *work)
 {
-    double *const contact = work + 37;
+    double *const contact = work + 38;
     int k, status;
     (void)bouncing_ball_flags(mode, contact);
-    status = bouncing_ball_contact_reset(t, y, u, p, contact, event, bounce, work);
+    status = bouncing_ball_reset_contacts(2, 1, t, u, p, work, event < 0 ? 1 : (int)event,
+        bounce, 1.4210854715202004e-14*fabs(t), y, contact, work + 14, work + 16, work + 21,
+        work + 22, work + 23, work + 24, work + 25, work + 26, work + 27, work + 28, work + 29,
+        work + 31, work + 35, work + 36, work + 37);
     for (k = 0; status == 0 && k < 1; ++k) {
         mode[k] = contact[k] > 0.0;
     }

@@ -51,8 +51,8 @@ extern "C" {
 #define bouncing_ball_MULTIPLIERS 1
 #define bouncing_ball_CONSTRAINTS 2
 #define bouncing_ball_POSITIONS 1
-#define bouncing_ball_EMISSION 0x49af2369UL
-#define bouncing_ball_WORK 39
+#define bouncing_ball_EMISSION 0x9bc42496UL
+#define bouncing_ball_WORK 40
 
 typedef struct bouncing_ball_params {
     double m; /* m; default 1.0 */
@@ -108,7 +108,7 @@ int bouncing_ball_events(double t, const double *y, const double *u, const bounc
  * push, all that is closed taking part (bounce 1: with the restitution of each
  * contact; 0: without, to end a sequence of ever shorter bounces). y, of which
  * v may change, and mode are then those to go on with. Returns 1 in a singular
- * configuration, 2 if a result is not finite, 4 if the contacts leave no motion (walls
+ * configuration or if a number is not finite, 4 if the contacts leave no motion (walls
  * that close in) or a restitution is not between 0 and 1; y and mode are then meaningless.
  */
 int bouncing_ball_reset(double t, double *y, const double *u, const bouncing_ball_params *p, int *mode, int event, double bounce, double *work);

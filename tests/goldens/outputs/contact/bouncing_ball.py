@@ -314,13 +314,474 @@ def _coupled_residual(out, squares):
     return _residual(np.concatenate((out[:m], np.maximum(out[m:], beside))))
 
 
+RATE_TOLERANCE = 1e-12
+GUESSES = 12
+LEAST_PIVOT = 1e-06
+FEWEST_GUESSED = 8
+COMPLEMENTARITY_STEPS = 64
+NO_MOTION = 4
+UNDETERMINED = 1
+IMPACT_TOLERANCES = 1000.0
+NOISE = 1.1368683772161603e-13
+LAST_PLACE = 2.220446049250313e-16
+
+
+def falling(c, m, contacts, y, mode, out, gap, force):
+    """Store what falls through zero where one of c contacts opens or closes.
+
+    It is the multiplier of a closed one, behind those of m closures, and the gap of an open one.
+    gap and force are overwritten. Tell whether all are known.
+    """
+    if not contacts.gaps(y, gap):
+        return False
+    closed = False
+    for k in range(c):
+        out[k] = gap[k]
+        if mode[k] > 0.0:
+            closed = True
+    if closed:
+        if not contacts.contact_multipliers(y, mode, force):
+            return False
+        for k in range(c):
+            if mode[k] > 0.0:
+                out[k] = force[m + k]
+    return True
+
+
+def gap_rate(n, c, k, y, terms):
+    """Return the rate of gap k."""
+    rate = terms[c * n + k]
+    for i in range(n):
+        rate += terms[k * n + i] * y[n + i]
+    return rate
+
+
+def gap_size(n, c, k, y, terms):
+    """Return the sum of the magnitudes of the terms of the rate of gap k."""
+    size = abs(terms[c * n + k])
+    for i in range(n):
+        size += abs(terms[k * n + i] * y[n + i])
+    return size
+
+
+def look(n, c, contacts, event, late, y, mode, gap, terms, held, closed, speed, size):
+    """Store gaps and terms at a state, what was closed and is now, and rates of the gaps.
+
+    Tell whether all are known.
+    """
+    if not contacts.gaps(y, gap):
+        return False
+    if not contacts.gap_terms(y, terms):
+        return False
+    for k in range(c):
+        speed[k] = gap_rate(n, c, k, y, terms)
+        size[k] = gap_size(n, c, k, y, terms)
+        near = RATE_TOLERANCE * gap[c + k]
+        if speed[k] < 0.0:
+            near -= late * speed[k]
+        held[k] = mode[k]
+        closed[k] = 0.0
+        if held[k] > 0.0 or k == event or gap[k] <= near:
+            closed[k] = 1.0
+    return True
+
+
+def clear(c, mode):
+    """Open all contacts of a mode."""
+    for k in range(2 * c):
+        mode[k] = 0.0
+
+
+def respond(n, c, contacts, y, mode, terms, closed, d, change):
+    """Store by columns what a unit impulse of each closed contact adds to the rates of all gaps."""
+    for k in range(c):
+        clear(c, mode)
+        mode[k] = 1.0
+        mode[c + k] = 1.0
+        moves = False
+        if closed[k] > 0.0:
+            moves = contacts.impulse(y, mode, change)
+        # One that the closures alone hold back takes no impulse.
+        for j in range(c):
+            d[j * c + k] = 0.0
+            for i in range(n):
+                if moves:
+                    d[j * c + k] += terms[j * n + i] * change[i]
+
+
+def solve_active(n, least, d, active, r, a):
+    """Solve d x = r for active pushes alone; x replaces r, and a is overwritten.
+
+    What is zero costs nothing (contacts that act on their neighbours). Tell whether all pivots are
+    larger than the least one.
+    """
+    for i in range(n):
+        for j in range(n):
+            a[i * n + j] = 0.0
+            if active[i] > 0.0 and active[j] > 0.0:
+                a[i * n + j] = d[i * n + j]
+            elif i == j:
+                a[i * n + j] = 1.0
+    for j in range(n):
+        if not a[j * n + j] > least:
+            return False
+        for i in range(j + 1, n):
+            ratio = a[i * n + j] / a[j * n + j]
+            if ratio < 0.0 or ratio > 0.0:
+                for k in range(j, n):
+                    a[i * n + k] -= ratio * a[j * n + k]
+                r[i] -= ratio * r[j]
+    for i in reversed(range(n)):
+        for j in range(i + 1, n):
+            r[i] -= a[i * n + j] * r[j]
+        r[i] /= a[i * n + i]
+    return True
+
+
+def guess_pushes(n, d, closed, start, size, x, active, r, a):
+    """Store x and active of what pushes at first sight: zeros where that does not end soon.
+
+    It is all that is violated, without what would pull, with what is violated then
+    (Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2002) 865). r and a are overwritten.
+    """
+    for k in range(n):
+        active[k] = 0.0
+        if closed[k] > 0.0 and start[k] < 0.0:
+            active[k] = 1.0
+    rounds = GUESSES
+    changing = True
+    while changing and rounds > 0:
+        rounds -= 1
+        for k in range(n):
+            r[k] = 0.0
+            if active[k] > 0.0:
+                r[k] = -start[k]
+        if not solve_active(n, LEAST_PIVOT, d, active, r, a):
+            break
+        changing = False
+        for k in range(n):
+            rate = start[k]
+            magnitude = size[k]
+            for j in range(n):
+                rate += d[k * n + j] * r[j]
+                magnitude += abs(d[k * n + j] * r[j])
+            pushes = closed[k] > 0.0 and rate < -RATE_TOLERANCE * magnitude
+            if active[k] > 0.0:
+                pushes = r[k] > 0.0
+            x[k] = 0.0
+            if pushes:
+                x[k] = 1.0
+            if x[k] != active[k]:
+                changing = True
+        for k in range(n):
+            if changing:
+                active[k] = x[k]
+            x[k] = r[k]
+    if changing:
+        for k in range(n):
+            active[k] = 0.0
+            x[k] = 0.0
+
+
+def raise_push(n, k, d, w, x, active, r, a):
+    """Raise push k until w[k] is zero; active pushes that are used up end.
+
+    r and a are overwritten. Tell whether that has an effect; else active are the contacts that
+    take all of it.
+    """
+    while not active[k] > 0.0:
+        for j in range(n):
+            r[j] = 0.0
+            if active[j] > 0.0:
+                r[j] = d[j * n + k]
+        if not solve_active(n, 0.0, d, active, r, a):
+            for j in range(n):
+                active[j] = 0.0
+            return False
+        rise = d[k * n + k]
+        first = n
+        least = 0.0
+        for j in range(n):
+            if active[j] > 0.0:
+                rise -= d[k * n + j] * r[j]
+                if r[j] > 0.0 and (first == n or x[j] / r[j] < least):
+                    first = j
+                    least = x[j] / r[j]
+        if first == n and not rise > RATE_TOLERANCE:
+            for j in range(n):
+                active[j] = 0.0
+                if j == k or r[j] < -RATE_TOLERANCE:
+                    active[j] = 1.0
+            return False
+        if rise > RATE_TOLERANCE and (first == n or -w[k] / rise <= least):
+            first = n
+            least = -w[k] / rise
+        for j in range(n):
+            if active[j] > 0.0:
+                x[j] -= least * r[j]
+                if not x[j] > 0.0:
+                    x[j] = 0.0
+        x[k] += least
+        if first == n:
+            active[k] = 1.0
+        else:
+            w[k] += least * rise
+            if w[k] > 0.0:
+                w[k] = 0.0
+            active[first] = 0.0
+            x[first] = 0.0
+    return True
+
+
+def push(n, d, closed, start, size, w, x, active, r, a):
+    """Find pushes x of the n contacts of which some are closed, and which of them are active.
+
+    start are the numbers w without pushes, size the magnitudes that they are sums of: what is
+    rounding becomes zero. The arrays behind are overwritten. Tell whether there are such pushes;
+    else active are contacts that cannot all be met, none where that is not known.
+    """
+    for k in range(n):
+        x[k] = 0.0
+        active[k] = 0.0
+        if not abs(start[k]) > RATE_TOLERANCE * size[k]:
+            start[k] = 0.0
+    if n >= FEWEST_GUESSED:
+        guess_pushes(n, d, closed, start, size, x, active, r, a)
+    steps = COMPLEMENTARITY_STEPS * (n + 1)
+    while steps > 0:
+        steps -= 1
+        violated = n
+        for k in reversed(range(n)):
+            w[k] = start[k]
+            magnitude = size[k]
+            for j in range(n):
+                w[k] += d[k * n + j] * x[j]
+                magnitude += abs(d[k * n + j] * x[j])
+            if active[k] > 0.0 or abs(w[k]) <= RATE_TOLERANCE * magnitude:
+                w[k] = 0.0
+            if closed[k] > 0.0 and w[k] < 0.0:
+                violated = k
+        if violated == n:
+            return True
+        if not raise_push(n, violated, d, w, x, active, r, a):
+            return False
+    for k in range(n):
+        active[k] = 0.0
+    return False
+
+
+def collide(n, c, contacts, bounce, y, mode, terms, held, closed, speed, size, start, w, x, d,
+        change, r, a):
+    """Change velocities by the impact of what is closed, and the rates of the gaps with them.
+
+    Return 0, or why that is impossible.
+    """
+    for k in range(c):
+        e = terms[c * n + 2 * c + k]
+        if closed[k] > 0.0 and not (e >= 0.0 and e <= 1.0 + RATE_TOLERANCE):
+            return NO_MOTION
+        if held[k] > 0.0:
+            speed[k] = 0.0
+        start[k] = speed[k]
+        if speed[k] < 0.0:
+            start[k] += bounce * e * speed[k]
+    if not push(c, d, closed, start, size, w, x, mode, r, a):
+        return NO_MOTION
+    # The least rate after the impact, and that of active contacts.
+    for k in range(c):
+        least = 0.0
+        if speed[k] < 0.0:
+            least = -bounce * terms[c * n + 2 * c + k] * speed[k]
+        speed[k] = least
+    # A second time for what rounding has left of the first.
+    rounds = 2
+    while rounds > 0:
+        rounds -= 1
+        for k in range(c):
+            mode[c + k] = speed[k] - gap_rate(n, c, k, y, terms)
+        if not contacts.impulse(y, mode, change):
+            clear(c, mode)
+            return UNDETERMINED
+        for i in range(n):
+            y[n + i] += change[i]
+    for k in range(c):
+        rate = gap_rate(n, c, k, y, terms)
+        size[k] += gap_size(n, c, k, y, terms)
+        error = speed[k] - rate
+        if mode[k] > 0.0:
+            error = abs(error)
+        if closed[k] > 0.0 and not error <= IMPACT_TOLERANCES * RATE_TOLERANCE * size[k]:
+            clear(c, mode)
+            return NO_MOTION
+        if not mode[k] > 0.0:
+            speed[k] = rate
+    return 0
+
+
+def reset_contacts(n, c, contacts, event, bounce, late, y, mode, gap, terms, held, closed, speed,
+        size, start, w, x, d, change, slope, force, r, a):
+    """Change state and mode behind an event of a contact, or at a start, where event is c.
+
+    bounce is 1, or 0 for an impact without restitution; what closes within the time late closes
+    now. The arrays behind the mode are overwritten. Return 0, or why nothing follows: 1 in a
+    singular configuration or where a number is not finite, 4 where contacts leave no motion, which
+    are then those of the mode.
+    """
+    if not look(n, c, contacts, event, late, y, mode, gap, terms, held, closed, speed, size):
+        clear(c, mode)
+        return UNDETERMINED
+    respond(n, c, contacts, y, mode, terms, closed, d, change)
+    clear(c, mode)
+    approaching = False
+    for k in range(c):
+        if closed[k] > 0.0 and not held[k] > 0.0 and speed[k] < -RATE_TOLERANCE * size[k]:
+            approaching = True
+    if approaching:
+        outcome = collide(
+            n,
+            c,
+            contacts,
+            bounce,
+            y,
+            mode,
+            terms,
+            held,
+            closed,
+            speed,
+            size,
+            start,
+            w,
+            x,
+            d,
+            change,
+            r,
+            a,
+        )
+        if outcome > 0:
+            return outcome
+    for k in range(c):
+        stays = speed[k] <= RATE_TOLERANCE * size[k]
+        if held[k] > 0.0 and not approaching:
+            stays = k != event
+        if not stays:
+            closed[k] = 0.0
+    # The contacts among what is closed that have to push now.
+    if not contacts.gap_terms(y, terms):
+        return UNDETERMINED
+    if not contacts.flight_rhs(y, slope):
+        return UNDETERMINED
+    for k in range(c):
+        start[k] = terms[c * n + c + k]
+        size[k] = abs(start[k])
+        for i in range(n):
+            start[k] += terms[k * n + i] * slope[n + i]
+            size[k] += abs(terms[k * n + i] * slope[n + i])
+    if not push(c, d, closed, start, size, w, x, mode, r, a):
+        return NO_MOTION
+    pushing = False
+    for k in range(c):
+        mode[c + k] = 0.0
+        if mode[k] > 0.0:
+            pushing = True
+    if not pushing:
+        return 0
+    if not contacts.contact_multipliers(y, mode, force):
+        clear(c, mode)
+        return UNDETERMINED
+    return 0
+
+
+def first_due(c, mode, before, values, largest):
+    """Return the first of c contacts that has to open or close, c without any.
+
+    Numbers are measured by the largest so far, so that rounding is no event; nor is what was below
+    zero before (a gap that only touches).
+    """
+    due = c
+    for k in range(c):
+        place = k
+        if mode[k] > 0:
+            place = c + k
+        if abs(values[k]) > largest[place]:
+            largest[place] = abs(values[k])
+        least = -NOISE * largest[place]
+        if before[k] < 0.0:
+            least += before[k]
+        if due == c and values[k] < least:
+            due = k
+    return due
+
+
+def advance(n, c, motion, t, h, mode, y, start, before, values, largest, taken):
+    """Advance the n numbers of a state from t by h, or to the first event of c contacts.
+
+    Return the number of the contact, c without an event, c + 1 without a result; the time that it
+    took is stored in taken. largest holds the largest numbers so far, of open contacts, then of
+    closed ones. start, before and values are overwritten.
+    """
+    for i in range(n):
+        start[i] = y[i]
+    taken[0] = h
+    if not motion.falls(t, y, mode, before):
+        return c + 1
+    event = c
+    early = 0.0
+    late = h
+    trial = h
+    searching = True
+    while searching:
+        if not motion.step(t, trial, start, mode, y):
+            return c + 1
+        if not motion.falls(t + trial, y, mode, values):
+            return c + 1
+        due = first_due(c, mode, before, values, largest)
+        if due == c and event == c:
+            return c
+        if due < c:
+            event = due
+            late = trial
+        else:
+            early = trial
+        trial = early + (late - early) / 2.0
+        searching = early < trial and trial < late and late - early > LAST_PLACE * abs(t)
+    taken[0] = late
+    if not motion.step(t, late, start, mode, y):
+        return c + 1
+    return event
+
+
+class _Contacts:
+    """Functions of contacts at one time: each stores its results and tells whether they are finite.
+    """
+
+    def __init__(self, t, *given):
+        self.t, self.given = t, given
+
+    def stored(self, results, function, y, *mode):
+        results[:] = function(self.t, y, *self.given, *mode)
+        return np.isfinite(results).all()
+
+    def gaps(self, y, results):
+        return self.stored(results, _gaps, y)
+
+    def gap_terms(self, y, results):
+        return self.stored(results, _gap_terms, y)
+
+    def flight_rhs(self, y, results):
+        return self.stored(results, flight, y)
+
+    def impulse(self, y, mode, results):
+        return self.stored(results, _impulse, y, mode[:1], mode[1:])
+
+    def contact_multipliers(self, y, mode, results):
+        return self.stored(results, multipliers, y, mode[:1])
+
+
 def events(t, y, p=DEFAULTS, mode=FLIGHT):
     """What falls through zero at events: multipliers of closed contacts, gaps of open ones."""
-    falling = _gaps(t, y, p)[:1]
-    if any(mode):
-        closed = np.array(mode) > 0
-        falling[closed] = multipliers(t, y, p, mode)[-1:][closed]
-    return falling
+    out = np.full(1, np.nan)
+    falling(1, 0, _Contacts(t, p), y, mode, out, np.empty(2), np.empty(1))
+    return out
 
 
 def reset(t, y, p=DEFAULTS, mode=FLIGHT, event=-1, bounce=1.0):
@@ -329,128 +790,13 @@ def reset(t, y, p=DEFAULTS, mode=FLIGHT, event=-1, bounce=1.0):
     What closes takes an impact, by Newton's law with impulses that only push (bounce=0.0: without
     restitution, to end a sequence of ever shorter bounces).
     """
-    try:
-        with np.errstate(all="ignore"):
-            return _after(t, np.array(y, dtype=float), p, mode, event, bounce)
-    except (ArithmeticError, np.linalg.LinAlgError):
-        return None
-
-
-def _after(t, y, p, mode, event, bounce):
-    """State and mode after an event, or an ArithmeticError."""
-    gap, near = _known(_gaps(t, y, p)).reshape(2, 1)
-    table = _gap_table(t, y, p)
-    gradient, rate = table[:2]
-    v = y[len(y)//2 :]
-    speed, size = gradient @ v + rate, np.abs(gradient) @ np.abs(v) + np.abs(rate)
-    # What closes within the rounding error of the time closes now.
-    near = 1e-12*near - 1.4210854715202004e-14*abs(t)*np.minimum(speed, 0.0)
-    held, is_event = np.array(mode) > 0, np.arange(1) == event
-    closed = held | is_event | (gap <= near)
-    d = _responses(t, y, p, gradient, closed)
-    stays = held
-    if (closed & ~held & (speed < -1e-12*size)).any():
-        y, speed, size = _hit(t, y, p, bounce, d, table, speed, size, closed, held)
-        stays = np.zeros(1, dtype=bool)
-    # One that was in contact and has its event is released, unless an impact came between.
-    closed &= ~(stays & is_event)
-    closed &= stays | (speed <= 1e-12*size)
-    return y, _settled(t, y, p, d, closed)
-
-
-def _gap_table(t, y, p):
-    """Gradients of the gaps by rows, then rates, biases and restitutions."""
-    terms, n = _known(_gap_terms(t, y, p)), len(y)//2
-    return terms[: 1*n].reshape(1, n), *terms[1*n :].reshape(3, 1)
-
-
-def _responses(t, y, p, gradient, closed):
-    """What a unit impulse of each closed contact adds to the rates of all, in its own unit."""
-    d = np.zeros((1, 1))
-    for k in np.flatnonzero(closed):
-        unit = np.eye(1)[k]
-        change = _impulse(t, y, p, unit, unit)
-        # One that the closures alone hold back takes no impulse.
-        if np.isfinite(change).all():
-            d[:, k] = gradient @ change
-    return d
-
-
-def _hit(t, y, p, bounce, d, table, speed, size, closed, held):
-    """The state after an impact of what is closed, the rates of the gaps and their magnitudes."""
-    gradient, rate, _, restitution = table
-    if not ((restitution >= 0.0) & (restitution <= 1.0 + 1e-12))[closed].all():
-        raise ArithmeticError("a restitution is not between 0 and 1")
-    speed = np.where(held, 0.0, speed)
-    # The least rate after the impact, and that of active contacts.
-    least = -bounce*restitution*np.minimum(speed, 0.0)
-    active = _pushes(d, speed - least, size, closed)
-    n = len(y)//2
-    # A second time for what rounding has left of the first.
-    for _ in range(2):
-        targets = least - gradient @ y[n:] - rate
-        y[n:] += _known(_impulse(t, y, p, active.astype(float), targets))
-    speed = gradient @ y[n:] + rate
-    size = size + np.abs(gradient) @ np.abs(y[n:]) + np.abs(rate)
-    off = np.where(active, np.abs(speed - least), least - speed)
-    if not (off <= 1000.0*1e-12*size)[closed].all():
-        raise ArithmeticError("an impact that is not resolved")
-    return y, np.where(active, least, speed), size
-
-
-def _settled(t, y, p, d, closed):
-    """The mode in which those of the closed contacts are closed that have to push."""
-    gradient, _, bias, _ = _gap_table(t, y, p)
-    a = _known(flight(t, y, p))[len(y)//2 :]
-    w, size = gradient @ a + bias, np.abs(gradient) @ np.abs(a) + np.abs(bias)
-    mode = tuple(_pushes(d, w, size, closed).astype(int).tolist())
-    if any(mode):
-        _known(multipliers(t, y, p, mode))
-    return mode
-
-
-def _pushes(d, w, size, closed):
-    """Which closed contacts push, with w + d x >= 0 for pushes x >= 0, one of both zero for each
-    (the dual method of Goldfarb and Idnani, Math. Programming 27 (1983) 1).
-    """
-    x, active = np.zeros(len(w)), np.zeros(len(w), dtype=bool)
-    start, sizes = np.where(np.abs(w) > 1e-12*size, w, 0.0), size
-    for _ in range(64*(len(w) + 1)):
-        w = start + d @ x
-        size = sizes + np.abs(d) @ x
-        w[active | (np.abs(w) <= 1e-12*size)] = 0.0
-        violated = np.flatnonzero(closed & (w < 0.0))
-        if not violated.size:
-            return active
-        _raise(violated[0], d, w, x, active)
-    raise ArithmeticError("no pushes were found")
-
-
-def _raise(k, d, w, x, active):
-    """Raises push k until w[k] is zero; active pushes that are used up end."""
-    while True:
-        held = np.flatnonzero(active)
-        r = np.linalg.solve(d[np.ix_(held, held)], d[held, k])
-        rise = d[k, k] - d[k, held] @ r
-        full = -w[k]/rise if rise > 1e-12 else np.inf
-        ends = [(x[j]/ratio, j) for j, ratio in zip(held, r) if ratio > 0.0]
-        least, first = min(ends, default=(np.inf, -1))
-        if min(full, least) == np.inf:
-            raise ArithmeticError("there is no motion behind the event")
-        x[held] = np.maximum(x[held] - min(full, least)*r, 0.0)
-        x[k] += min(full, least)
-        if full <= least:
-            active[k] = True
-            return
-        w[k] = min(w[k] + least*rise, 0.0)
-        x[first], active[first] = 0.0, False
-
-
-def _known(values):
-    """The values, all of which must be finite."""
-    if not np.isfinite(values).all():
-        raise ArithmeticError("not finite")
-    return values
+    y, flags = np.array(y, dtype=float), np.array([*mode, *1*[0]], dtype=float)
+    arrays = map(np.zeros, (2, 5, 1, 1, 1, 1, 1, 1, 1, 1, 2, 4, 1, 1, 1))
+    late, event = 1.4210854715202004e-14*abs(t), event if event >= 0 else 1
+    with np.errstate(all="ignore"):
+        contacts = _Contacts(t, p)
+        status = reset_contacts(2, 1, contacts, event, bounce, late, y, flags, *arrays)
+    return None if status else (y, tuple(flags[:1].astype(int).tolist()))
 
 
 def step(t, y, h, p, mode):
@@ -462,37 +808,35 @@ def step(t, y, h, p, mode):
     return project(t + h, y + h/6*(k1 + 2*k2 + 2*k3 + k4), p, mode)
 
 
-def find(before, falling, mode, largest):
-    """A contact that has to open or close, or None. Numbers are measured by the largest so far,
-    so that rounding is no event; nor is what was below zero before (a gap that only touches).
-    """
-    for k, closed in enumerate(mode):
-        largest[closed][k] = max(largest[closed][k], abs(falling[k]))
-        if falling[k] < min(before[k], 0.0) - 1.1368683772161603e-13*largest[closed][k]:
-            return k
-    return None
+class _Motion:
+    """Steps and events of a motion: each stores its results and tells whether they are finite."""
+
+    def __init__(self, p):
+        self.p = p
+
+    def step(self, t, h, start, mode, results):
+        results[:] = step(t, start, h, self.p, mode)
+        return np.isfinite(results).all()
+
+    def falls(self, t, y, mode, results):
+        results[:] = events(t, y, self.p, mode=mode)
+        return np.isfinite(results).all()
 
 
-def advance(t, y, h, p, mode, largest):
-    """State and mode after a step of size h, with its events, whose times are bisected."""
-    end = t + h
+def follow(t, y, h, p, mode, largest):
+    """State and mode after a step of size h, with its events."""
+    end, n, c = t + h, len(y), len(mode)
+    y, taken = np.array(y), np.zeros(1)
     for count in range(1000 + 1):
         if not t < end:
             return y, mode
-        early, late, event = 0.0, end - t, None
-        trial, rounding = late, 2.220446049250313e-16*abs(t)
-        before = events(t, y, p, mode=mode)
-        while event is None or (early < trial < late and late - early > rounding):
-            state = step(t, y, trial, p, mode)
-            due = find(before, events(t + trial, state, p, mode=mode), mode, largest)
-            if event is None and due is None:
-                return state, mode
-            if due is None:
-                early = trial
-            else:
-                event, late = due, trial
-            trial = early + (late - early)/2
-        y, t = step(t, y, late, p, mode), t + late
+        arrays = np.empty(n), np.empty(c), np.empty(c)
+        event = advance(n, c, _Motion(p), t, end - t, mode, y, *arrays, largest, taken)
+        if event == c:
+            return y, mode
+        if event > c:
+            break
+        t += taken[0]
         name = f"{'release' if mode[event] else 'contact'}:{CONTACTS[event]}"
         print(f"t = {t}: {name}", file=sys.stderr)
         after = reset(t, y, p, mode=mode, event=event, bounce=float(count < 50))
@@ -501,15 +845,15 @@ def advance(t, y, h, p, mode, largest):
         y, mode = after
         if count == 50:
             print(f"t = {t}: ever shorter bounces end here", file=sys.stderr)
-    return np.full(len(y), np.nan), mode
+    return np.full(n, np.nan), mode
 
 
 def integrate(y, t, until, steps, p=DEFAULTS, mode=FLIGHT, largest=None):
     """State and mode after ``steps`` steps of one size from t to until."""
     h = (until - t)/steps
-    largest = np.zeros((2, len(mode))) if largest is None else largest
+    largest = np.zeros(2*len(mode)) if largest is None else largest
     for k in range(steps):
-        y, mode = advance(t + k*h, y, h, p, mode, largest)
+        y, mode = follow(t + k*h, y, h, p, mode, largest)
     return y, mode
 
 
@@ -546,7 +890,7 @@ if __name__ == "__main__":
     y, mode, wrong = begin(y, 0.0, until, p)
     if wrong:
         sys.exit(wrong)
-    largest = np.zeros((2, len(mode)))
+    largest = np.zeros(2*len(mode))
     times = np.linspace(0.0, until, 501)
     print("t", *state, sep=",")
     for t, following in zip(times[:-1], times[1:]):

@@ -1007,9 +1007,7 @@ program pendulum_main
   y = values(:states)
   p = parameters(values(5), values(6), values(7))
   stated = y
-  block
-    call project(start, y, p, status)
-  end block
+  call project(start, y, p, status)
   if (status /= 0 .or. .not. is_near(2, values(total - 1) - start, stated, y)) then
     write (error_unit, '(a)', advance='no') 'the initial state violates the constraints'
     if (status == 0) write (error_unit, '("; nearest:", *(a, g0))', advance='no') &

@@ -1,4 +1,4 @@
-function f = pendulum(varargin)
+function varargout = pendulum(varargin)
 % pendulum: Simple pendulum
 %
 % A point mass on a massless rod, swinging in a vertical plane, released at rest. The angle is 2
@@ -47,7 +47,8 @@ function f = pendulum(varargin)
   f.project = @project;
   if nargout == 0
     main(f, varargin);
-    clear f
+  else
+    varargout = {f};
   end
 end
 
@@ -266,6 +267,7 @@ function y = project(t, y, p)
 % State led back to the closures, which it leaves in the course of integration: q by the smallest
 % changes in the metric of the kinetic energy, until only rounding is left, then v. NaN in a
 % singular configuration, or too far from any state that obeys the closures.
+  if nargin < 3, p = defaults(); end
   n = numel(y)/2;
   last = 0;
   for number = 0:50
@@ -307,17 +309,22 @@ function [size, errors] = residual(errors)
   end
 end
 
+function y = step(t, h, y, p)
+% State after one classical Runge-Kutta step of size h from time t.
+  slope = @(s, x) rhs(s, x, p);
+  k1 = slope(t, y);
+  k2 = slope(t + h/2, y + h/2*k1);
+  k3 = slope(t + h/2, y + h/2*k2);
+  k4 = slope(t + h, y + h*k3);
+  y = y + h/6*(k1 + 2*k2 + 2*k3 + k4);
+  y = project(t + h, y, p);
+end
+
 function y = integrate(y, t, finish, steps, p)
 % State after so many classical Runge-Kutta steps of fixed size from t to finish.
   h = (finish - t)/steps;
-  for step = 0:steps - 1
-    s = t + step*h;
-    k1 = rhs(s, y, p);
-    k2 = rhs(s + h/2, y + h/2*k1, p);
-    k3 = rhs(s + h/2, y + h/2*k2, p);
-    k4 = rhs(s + h, y + h*k3, p);
-    y = y + h/6*(k1 + 2*k2 + 2*k3 + k4);
-    y = project(s + h, y, p);
+  for k = 0:steps - 1
+    y = step(t + k*h, h, y, p);
   end
 end
 

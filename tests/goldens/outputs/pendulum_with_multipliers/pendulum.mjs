@@ -728,18 +728,23 @@ function violation(stated, led, until, p) {
 }
 
 
+/** State after one classical Runge-Kutta step of size h from time t. */
+function step(t, h, y, p) {
+  const slope = (s, state) => rhs(s, state, p);
+  const moved = (k, by) => y.map((value, i) => value + by * k[i]);
+  const k1 = slope(t, y);
+  const k2 = slope(t + h / 2, moved(k1, h / 2));
+  const k3 = slope(t + h / 2, moved(k2, h / 2));
+  const k4 = slope(t + h, moved(k3, h));
+  const next = y.map((value, i) => value + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]));
+  return project(t + h, next, p);
+}
+
 /** State after so many classical Runge-Kutta steps of fixed size from t to until. */
 export function integrate(y, t, until, steps, p = DEFAULTS) {
   const h = (until - t) / steps;
-  const moved = (k, by) => y.map((value, i) => value + by * k[i]);
-  for (let step = 0; step < steps; ++step) {
-    const s = t + step * h;
-    const k1 = rhs(s, y, p);
-    const k2 = rhs(s + h / 2, moved(k1, h / 2), p);
-    const k3 = rhs(s + h / 2, moved(k2, h / 2), p);
-    const k4 = rhs(s + h, moved(k3, h), p);
-    y = y.map((value, i) => value + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]));
-    y = project(s + h, y, p);
+  for (let k = 0; k < steps; ++k) {
+    y = step(t + k * h, h, y, p);
   }
   return y;
 }
@@ -778,7 +783,8 @@ export function main(given) {
     const t = START + (until - START) * (row / ROWS);
     console.log([t, ...y].join(','));
     if (row < ROWS) {
-      y = integrate(y, t, START + (until - START) * ((row + 1) / ROWS), steps, p);
+      const next = START + (until - START) * ((row + 1) / ROWS);
+      y = integrate(y, t, next, steps, p);
     }
     if (!y.every(Number.isFinite)) {
       return `stopped after t = ${t}: singular, or a result is not finite`;

@@ -1,4 +1,4 @@
-"""Steps of a script to events of contacts, whose times are bisected until only rounding is left."""
+"""Motions: recorded inputs, and steps to events, whose times are bisected to rounding."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ LAST_PLACE = 2.0**-52
 class Motion(Protocol):
     """A motion in a mode, 1 for each closed contact: functions tell whether there are results.
 
-    ``moved`` stores the state a step of size h behind a start, ``falls`` what falls through zero
+    ``step`` stores the state a step of size h behind a start, ``falls`` what falls through zero
     where contacts open or close.
     """
 
     def step(self, t: float, h: float, start: Array, mode: Integers, results: Array, /) -> bool: ...
 
-    def events(self, t: float, y: Array, mode: Integers, results: Array, /) -> bool: ...
+    def falls(self, t: float, y: Array, mode: Integers, results: Array, /) -> bool: ...
 
 
 def advance(
@@ -56,7 +56,7 @@ def advance(
     trial = h
     searching = True
     while searching:
-        if not motion.moved(t, trial, start, mode, y):
+        if not motion.step(t, trial, start, mode, y):
             return c + 1
         if not motion.falls(t + trial, y, mode, values):
             return c + 1
@@ -71,7 +71,7 @@ def advance(
         trial = early + (late - early) / 2.0
         searching = early < trial and trial < late and late - early > LAST_PLACE * abs(t)
     taken[0] = late
-    if not motion.moved(t, late, start, mode, y):
+    if not motion.step(t, late, start, mode, y):
         return c + 1
     return event
 
@@ -95,3 +95,24 @@ def first_due(c: int, mode: Integers, before: Array, values: Array, largest: Arr
         if due == c and values[k] < least:
             due = k
     return due
+
+
+def interpolated(rows: int, width: int, table: Array, t: float, at: float) -> float:
+    """Return a recorded input at time t, by the polynomial that holds at another time.
+
+    Each row of the table has the time at which its polynomial begins, and width - 1 coefficients of
+    powers of the time since then, the lowest first. The first polynomial holds before, the last
+    one behind all rows.
+    """
+    low = 0
+    high = rows
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[middle * width] <= at:
+            low = middle
+        else:
+            high = middle
+    value = 0.0
+    for k in reversed(range(1, width)):
+        value = value * (t - table[low * width]) + table[low * width + k]
+    return value

@@ -1,0 +1,138 @@
+"""Parts of a C++ header around its functions: projection, contacts, recordings, ``main``."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from lagrange_cli.emit.languages.printer import (
+    SCRIPT_TOKENS,
+    Language,
+    contact_tokens,
+    projection_text,
+)
+from lagrange_cli.emit.languages.values import Interface
+from lagrange_cli.emit.template_files import filled, template
+
+
+def string_literal(text: str) -> str:
+    """Return a literal of a text, in ASCII; octal digits end after three."""
+    plain = "".join(
+        c if " " <= c <= "~" and c not in '"\\?' else "".join(f"\\{b:03o}" for b in c.encode())
+        for c in text
+    )
+    return f'"{plain}"'
+
+
+def _taken(interface: Interface) -> dict[str, str]:
+    """Return the tokens of arguments for inputs and mode."""
+    driven, moded = len(interface.inputs), interface.contacts is not None
+    return {
+        "@INPUTS@": f"const std::array<T, {driven}>& u, " if driven else "",
+        "@U@": "u, " if driven else "",
+        "@MODE@": ", const Mode& mode" if moded else "",
+        "@CLOSED@": ", const Mode& closed = {}" if moded else "",
+        "@IN@": ", mode" if moded else "",
+    }
+
+
+def _given(interface: Interface, t: str, at: str, y: str) -> str:
+    """Return the argument that is the scene's inputs at a time."""
+    recorded = f"recorded<T>({t}, {at}), " if interface.recorded else ""
+    return f"inputs({t}, {y}, {recorded}p), " if interface.inputs else ""
+
+
+def recorded_text(language: Language) -> str:
+    """Return the tables of recorded inputs, and the function that evaluates them."""
+    interface = language.interface
+    if not interface.recorded:
+        return ""
+    language.routines.add("interpolated")
+    lines, tests = [], []
+    for r in interface.recorded:
+        table, size = f"recording_{r.number}", len(r.table)
+        lines.append(f"// {r.text}: starts, each with coefficients behind it.")
+        text = f"inline constexpr std::array<double, {size}> {table}{{"
+        lines += language.broken(f"{text}{', '.join(map(repr, r.table))}}};")
+        ends = f" && t <= T({r.last!r})" if isfinite(r.last) else ""
+        tests += [
+            f"    if (t >= T({r.first!r}){ends}) {{",
+            f"        static const std::array<T, {size}> table = converted<T>({table});",
+            f"        u[{r.number}] = interpolated({r.rows}, {r.width}, table.data(), t, at);",
+            "    }",
+        ]
+    tokens = {"@INPUTS@": str(len(interface.inputs)), "@TESTS@": "\n".join(tests)}
+    return "\n".join([*lines, "", filled(template("cpp", "recorded.hpp"), tokens).rstrip()])
+
+
+def project_text(language: Language) -> str:
+    flags = (
+        "    const auto flags_held = flags<T>(closed);\n    const T* mode = flags_held.data();\n"
+    )
+    tokens = {
+        "@FLAGS@": flags if language.interface.contacts else "",
+        **_taken(language.interface),
+    }
+    return projection_text(language, "cpp", "project.hpp", "positions.hpp", tokens).rstrip()
+
+
+def contacts_text(language: Language) -> str:
+    """Return the functions of the interface that take a mode."""
+    interface, contacts = language.interface, language.interface.contacts
+    if contacts is None:
+        return ""
+    arrays = interface.reset_arrays
+    tokens = {
+        **contact_tokens(language),
+        "@NAMES@": "\n".join(f"    {string_literal(name)}," for name in contacts.names),
+        "@ARRAYS@": "".join(f"    std::array<T, {k}> {n}{{}};\n" for n, k in arrays.items()),
+        "@PASSED@": ", ".join(f"{name}.data()" for name in arrays),
+        **_taken(interface),
+    }
+    return filled(template("cpp", "contacts.hpp"), tokens).rstrip()
+
+
+def main_text(language: Language, name: str) -> str:
+    interface, contacts = language.interface, language.interface.contacts
+    language.routines |= {"advance"} if contacts else set()
+    size, fields = interface.layout.size, interface.parameters
+    names = [*interface.state, *(field.name for field in fields), "until", "steps"]
+    values = [
+        *(interface.initial or [None] * size),
+        *(field.value for field in fields),
+        interface.until,
+        float(interface.steps),
+    ]
+    set_ = (f"    p.{f.identifier} = values[{size + k}];\n" for k, f in enumerate(fields))
+    begun = template("cpp", "begin.hpp") if interface.closed else ""
+    begun += template("cpp", "begin_contacts.hpp") if contacts else ""
+    led = f"project(t + h, next, {_given(interface, 't + h', 't + h', 'next')}p@IN@)"
+    step = "y = @NAME@::step(t + k*h, h, y, p);"
+    if contacts:
+        step = "y = @NAME@::follow(t + k*h, h, y, p, mode, largest);"
+    return filled(
+        template("cpp", "main.hpp"),
+        {
+            "@FOLLOW@": template("cpp", "follow.hpp") + "\n" if contacts else "",
+            "@BEGUN@": begun,
+            "@STEP@": step,
+            "@STEPPED@": led if interface.projection else "next",
+            "@STAGE@": _given(interface, "at", "t + h/T(2)", "s"),
+            "@NOW@": _given(interface, "t", "t", "y"),
+            "@BEGIN@": _begin_inputs(interface),
+            **SCRIPT_TOKENS,
+            **_taken(interface),
+            "@NAMES@": ", ".join(map(string_literal, names)),
+            "@VALUES@": ", ".join("NAN" if x is None else repr(x) for x in values),
+            "@SET@": "".join(set_),
+            "@START@": repr(interface.start),
+            "@ROWS@": str(interface.rows),
+            "@STATE@": f"2*{name}::dof" + f" + {name}::states" * bool(interface.states),
+            "@NAME@": name,
+        },
+    )
+
+
+def _begin_inputs(interface: Interface) -> str:
+    """Return the argument that is the inputs at the start, outside the namespace."""
+    text = _given(interface, "start", "start", "y").replace("<T>", "<double>")
+    return text.replace("inputs(", "@NAME@::inputs(").replace("recorded<", "@NAME@::recorded<")

@@ -1,0 +1,143 @@
+"""Procedures of a Fortran module around its functions: projection, contacts, recordings, steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import isfinite
+
+from lagrange_cli.emit.languages.printer import SCRIPT_TOKENS, Language, contact_tokens
+from lagrange_cli.emit.languages.values import Contacts, Interface, Projection
+from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.program.lowered.routines.impacts import INSTANT
+
+#: Numbers of a constant array in one statement, which may have 255 continuation lines.
+_LONGEST_TABLE = 600
+
+
+def _inputs(interface: Interface, t: str, at: str, y: str) -> list[str]:
+    """Return the statement that evaluates the scene's inputs at a time, if there are any."""
+    recorded = f"recorded({t}, {at}), " if interface.recorded else ""
+    return [f"call inputs({t}, {y}, {recorded}p, u, status)"] if interface.inputs else []
+
+
+def _lines(lines: Sequence[str], depth: int) -> str:
+    return "".join(f"{'  ' * depth}{line}\n" for line in lines)
+
+
+def _taken(language: Language) -> dict[str, str]:
+    """Return the tokens of arguments for inputs and mode."""
+    interface, contacts = language.interface, language.interface.contacts
+    driven = f"real(wp), intent(in) :: u({len(interface.inputs)})"
+    return {
+        "@U@": "u, " if interface.inputs else "",
+        "@DRIVEN@": _lines([driven] if interface.inputs else [], 2),
+        "@VALUES@": _lines([f"real(wp) :: u({len(interface.inputs)})"], 2)
+        if interface.inputs
+        else "",
+        "@IN@": "mode, " if contacts else "",
+        "@CLOSED@": "closed, " if contacts else "",
+        "@STATES@": str(interface.layout.size),
+        "@N@": str(len(interface.coordinates)),
+        "@C@": str(contacts.count if contacts else 0),
+        "@TWICE_C@": str(2 * contacts.count if contacts else 0),
+    }
+
+
+def project_text(language: Language, projection: Projection) -> str:
+    """Return the subroutine ``project``, which calls routines."""
+    positions, m = projection.positions, projection.closures
+    interface = language.interface
+    language.routines |= {"lead_velocities", *(["is_near"] if interface.closed else [])}
+    first: list[str] = []
+    if positions:
+        language.routines |= {"lead_positions"}
+        passed = ", ".join(["@N@", str(positions), *language.handed("closures")])
+        call = f"call lead_positions({passed}, y, error, square, change, found)"
+        first = [call, "status = merge(0, 1, found)", "if (.not. found) return"]
+    count = interface.contacts.count if interface.contacts else 0
+    mode_lines = [f"integer, intent(in) :: closed({count})", f"real(wp) :: mode({2 * count})"]
+    replacements = {
+        "@POSITIONS@": _lines(first, 2),
+        "@HANDED@": ", ".join(language.handed("closures")),
+        "@HELD@": _lines(mode_lines if count else [], 2),
+        "@FLAGS@": _lines(["mode = flags(closed)"] if count else [], 2),
+        "@TWICE@": str(2 * m),
+        "@SQUARE@": f", square({positions})" if positions else "",
+        "@M@": str(m),
+        **_taken(language),
+    }
+    return filled(template("fortran", "project.f90"), replacements).rstrip("\n")
+
+
+def recording_lines(language: Language) -> Iterator[str]:
+    """Yield the tables of recorded inputs, in parts that the language can hold."""
+    for r in language.interface.recorded:
+        name, parts = f"recording_{r.number}", list[str]()
+        yield ""
+        yield f"! {r.text}: starts, each with coefficients behind it."
+        for first in range(0, len(r.table), _LONGEST_TABLE):
+            numbers = [f"{x!r}_wp" for x in r.table[first : first + _LONGEST_TABLE]]
+            parts.append(f"{name}_{len(parts)}")
+            declared = f"real(wp), parameter :: {parts[-1]}({len(numbers)})"
+            yield from language.broken(f"{declared} = [{', '.join(numbers)}]")
+        declared = f"real(wp), parameter :: {name}({len(r.table)})"
+        yield from language.broken(f"{declared} = [{', '.join(parts)}]")
+
+
+def recorded_text(language: Language) -> str:
+    """Return the function that evaluates recorded inputs."""
+    interface, lines = language.interface, []
+    language.routines.add("interpolated")
+    for r in interface.recorded:
+        ends = f" .and. t <= {r.last!r}_wp" if isfinite(r.last) else ""
+        call = f"interpolated({r.rows}, {r.width}, recording_{r.number}, t, at)"
+        test = f"if (t >= {r.first!r}_wp{ends}) &"
+        lines += [test, f"  recorded({r.number + 1}) = {call}"]
+    tokens = {"@TESTS@": _lines(lines, 2), "@INPUTS@": str(len(interface.inputs))}
+    return filled(template("fortran", "recorded.f90"), tokens).rstrip("\n")
+
+
+def contacts_text(language: Language, contacts: Contacts) -> str:
+    """Return the subroutines of the interface that take a mode."""
+    arrays = language.interface.reset_arrays
+    declared = ", ".join(f"{name}({size})" for name, size in arrays.items())
+    call = ", ".join(
+        [
+            *(str(len(language.interface.coordinates)), str(contacts.count)),
+            *language.handed("contacts"),
+            f"merge({contacts.count}, event - 1, event < 1)",
+            *("bounce", f"{INSTANT!r}_wp*abs(t)", "y", "after", *arrays, "status"),
+        ]
+    )
+    tokens = {
+        **contact_tokens(language),
+        "@ARRAYS@": _lines(language.broken(f"real(wp) :: after(@TWICE_C@), {declared}"), 2),
+        "@ZEROS@": _lines(language.broken("; ".join(f"{name} = 0.0_wp" for name in arrays)), 2),
+        "@RESET@": _lines(language.broken(f"call reset_contacts({call})"), 2),
+        **_taken(language),
+    }
+    return filled(template("fortran", "contacts.f90"), tokens).rstrip("\n")
+
+
+def integrate_text(language: Language) -> str:
+    """Return the subroutine ``integrate``, with those that follow contacts."""
+    interface, contacts = language.interface, language.interface.contacts
+    name = "integrate_contacts" if contacts else "integrate"
+    language.routines |= {"advance"} if contacts else set()
+    middle = "t + 0.5_wp*h" if contacts else "t + (step + 0.5_wp)*h"
+    stage = _inputs(interface, "s", middle, "y + at(stage)*h*slope")
+    behind, state = ("t + h", "out") if contacts else ("t + (step + 1)*h", "y")
+    fails = "if (status /= 0) return"
+    project = f"call project({behind}, {state}, @U@p, @IN@status)"
+    projected = [*_inputs(interface, behind, behind, state), project, fails]
+    event = _inputs(interface, "t", "t", "y")
+    tokens = {
+        "@STAGE@": _lines([*stage, fails] if stage else [], 3 if contacts else 4),
+        "@PROJECTED@": _lines(projected if interface.projection else [], 2 if contacts else 3),
+        "@FALLS@": _lines(event, 2),
+        "@EVENT@": _lines(event, 3),
+        **SCRIPT_TOKENS,
+        "@U_LOCAL@": f", u({len(interface.inputs)})" if interface.inputs else "",
+        **_taken(language),
+    }
+    return filled(template("fortran", f"{name}.f90"), tokens).rstrip("\n")
