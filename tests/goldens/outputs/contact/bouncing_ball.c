@@ -2,7 +2,7 @@
 
 #include "bouncing_ball.h"
 
-#if bouncing_ball_EMISSION != 0x9bc42496UL
+#if bouncing_ball_EMISSION != 0x49801af3UL
 #error "bouncing_ball.c and bouncing_ball.h are not of one emission: emit both once more"
 #endif
 
@@ -800,7 +800,7 @@ static double bouncing_ball_gap_size(int n, int c, int k, const double *y, const
  */
 static int bouncing_ball_look(int n, int c, double t, const double *u, const
         bouncing_ball_params *p, double *work, int event, double late, const double *y, const
-        double *mode, double *gap, double *terms, double *held, double *closed, double *speed,
+        double *mode, double *gap, double *terms, double *before, double *closed, double *speed,
         double *size)
 {
     if (!(bouncing_ball_gaps(t, y, u, p, mode, work, gap) == 0)) {
@@ -816,9 +816,9 @@ static int bouncing_ball_look(int n, int c, double t, const double *u, const
         if (speed[k] < 0.0) {
             near -= late*speed[k];
         }
-        held[k] = mode[k];
+        before[k] = mode[k];
         closed[k] = 0.0;
-        if (held[k] > 0.0 || k == event || gap[k] <= near) {
+        if (before[k] > 0.0 || k == event || gap[k] <= near) {
             closed[k] = 1.0;
         }
     }
@@ -1095,7 +1095,7 @@ static int bouncing_ball_push(int n, const double *d, const double *closed, doub
  */
 static int bouncing_ball_collide(int n, int c, double t, const double *u, const
         bouncing_ball_params *p, double *work, double bounce, double *y, double *mode, const
-        double *terms, const double *held, const double *closed, double *speed, double *size,
+        double *terms, const double *before, const double *closed, double *speed, double *size,
         double *start, double *w, double *x, const double *d, double *change, double *r, double
         *a)
 {
@@ -1104,7 +1104,7 @@ static int bouncing_ball_collide(int n, int c, double t, const double *u, const
         if (closed[k] > 0.0 && !(e >= 0.0 && e <= 1.0 + 1e-12)) {
             return 4;
         }
-        if (held[k] > 0.0) {
+        if (before[k] > 0.0) {
             speed[k] = 0.0;
         }
         start[k] = speed[k];
@@ -1157,49 +1157,15 @@ static int bouncing_ball_collide(int n, int c, double t, const double *u, const
 }
 
 /*
- * Change state and mode behind an event of a contact, or at a start, where event is c.
+ * Store the mode in which those of the closed contacts are closed that have to push now.
  *
- * bounce is 1, or 0 for an impact without restitution; what closes within the time late closes
- * now. The arrays behind the mode are overwritten. Return 0, or why nothing follows: 1 in a
- * singular configuration or where a number is not finite, 4 where contacts leave no motion, which
- * are then those of the mode.
+ * Return 0, or why nothing follows.
  */
-static int bouncing_ball_reset_contacts(int n, int c, double t, const double *u, const
-        bouncing_ball_params *p, double *work, int event, double bounce, double late, double *y,
-        double *mode, double *gap, double *terms, double *held, double *closed, double *speed,
-        double *size, double *start, double *w, double *x, double *d, double *change, double
-        *slope, double *force, double *r, double *a)
+static int bouncing_ball_settle(int n, int c, double t, const double *u, const
+        bouncing_ball_params *p, double *work, const double *y, double *mode, double *terms,
+        const double *closed, double *size, double *start, double *w, double *x, const double
+        *d, double *slope, double *force, double *r, double *a)
 {
-    if (!bouncing_ball_look(n, c, t, u, p, work, event, late, y, mode, gap, terms, held,
-        closed, speed, size)) {
-        bouncing_ball_clear(c, mode);
-        return 1;
-    }
-    bouncing_ball_respond(n, c, t, u, p, work, y, mode, terms, closed, d, change);
-    bouncing_ball_clear(c, mode);
-    int approaching = 0;
-    for (int k = 0; k < c; ++k) {
-        if (closed[k] > 0.0 && !(held[k] > 0.0) && speed[k] < (-1e-12)*size[k]) {
-            approaching = 1;
-        }
-    }
-    if (approaching) {
-        const int outcome = bouncing_ball_collide(n, c, t, u, p, work, bounce, y, mode, terms,
-            held, closed, speed, size, start, w, x, d, change, r, a);
-        if (outcome > 0) {
-            return outcome;
-        }
-    }
-    for (int k = 0; k < c; ++k) {
-        int stays = speed[k] <= 1e-12*size[k];
-        if (held[k] > 0.0 && !approaching) {
-            stays = k != event;
-        }
-        if (!stays) {
-            closed[k] = 0.0;
-        }
-    }
-    /* The contacts among what is closed that have to push now. */
     if (!(bouncing_ball_gap_terms(t, y, u, p, mode, work, terms) == 0)) {
         return 1;
     }
@@ -1232,6 +1198,52 @@ static int bouncing_ball_reset_contacts(int n, int c, double t, const double *u,
         return 1;
     }
     return 0;
+}
+
+/*
+ * Change state and mode behind an event of a contact, or at a start, where event is c.
+ *
+ * bounce is 1, or 0 for an impact without restitution; what closes within the time late closes
+ * now. The arrays behind the mode are overwritten. Return 0, or why nothing follows: 1 in a
+ * singular configuration or where a number is not finite, 4 where contacts leave no motion, which
+ * are then those of the mode.
+ */
+static int bouncing_ball_reset_contacts(int n, int c, double t, const double *u, const
+        bouncing_ball_params *p, double *work, int event, double bounce, double late, double *y,
+        double *mode, double *gap, double *terms, double *before, double *closed, double *speed,
+        double *size, double *start, double *w, double *x, double *d, double *change, double
+        *slope, double *force, double *r, double *a)
+{
+    if (!bouncing_ball_look(n, c, t, u, p, work, event, late, y, mode, gap, terms, before,
+        closed, speed, size)) {
+        bouncing_ball_clear(c, mode);
+        return 1;
+    }
+    bouncing_ball_respond(n, c, t, u, p, work, y, mode, terms, closed, d, change);
+    bouncing_ball_clear(c, mode);
+    int approaching = 0;
+    for (int k = 0; k < c; ++k) {
+        if (closed[k] > 0.0 && !(before[k] > 0.0) && speed[k] < (-1e-12)*size[k]) {
+            approaching = 1;
+        }
+    }
+    if (approaching) {
+        const int outcome = bouncing_ball_collide(n, c, t, u, p, work, bounce, y, mode, terms,
+            before, closed, speed, size, start, w, x, d, change, r, a);
+        if (outcome > 0) {
+            return outcome;
+        }
+    }
+    for (int k = 0; k < c; ++k) {
+        int stays = speed[k] <= 1e-12*size[k];
+        if (before[k] > 0.0 && !approaching) {
+            stays = k != event;
+        }
+        if (!stays) {
+            closed[k] = 0.0;
+        }
+    }
+    return bouncing_ball_settle(n, c, t, u, p, work, y, mode, terms, closed, size, start, w, x, d, slope, force, r, a);
 }
 
 /* contact[0..2*1-1]: 1 for what is closed, then zeros; whether anything is closed. */

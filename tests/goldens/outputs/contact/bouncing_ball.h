@@ -51,7 +51,7 @@ extern "C" {
 #define bouncing_ball_MULTIPLIERS 1
 #define bouncing_ball_CONSTRAINTS 2
 #define bouncing_ball_POSITIONS 1
-#define bouncing_ball_EMISSION 0x9bc42496UL
+#define bouncing_ball_EMISSION 0x49801af3UL
 #define bouncing_ball_WORK 40
 
 typedef struct bouncing_ball_params {

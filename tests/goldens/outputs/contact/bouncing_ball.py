@@ -364,7 +364,7 @@ def gap_size(n, c, k, y, terms):
     return size
 
 
-def look(n, c, contacts, event, late, y, mode, gap, terms, held, closed, speed, size):
+def look(n, c, contacts, event, late, y, mode, gap, terms, before, closed, speed, size):
     """Store gaps and terms at a state, what was closed and is now, and rates of the gaps.
 
     Tell whether all are known.
@@ -379,9 +379,9 @@ def look(n, c, contacts, event, late, y, mode, gap, terms, held, closed, speed, 
         near = RATE_TOLERANCE * gap[c + k]
         if speed[k] < 0.0:
             near -= late * speed[k]
-        held[k] = mode[k]
+        before[k] = mode[k]
         closed[k] = 0.0
-        if held[k] > 0.0 or k == event or gap[k] <= near:
+        if before[k] > 0.0 or k == event or gap[k] <= near:
             closed[k] = 1.0
     return True
 
@@ -570,7 +570,7 @@ def push(n, d, closed, start, size, w, x, active, r, a):
     return False
 
 
-def collide(n, c, contacts, bounce, y, mode, terms, held, closed, speed, size, start, w, x, d,
+def collide(n, c, contacts, bounce, y, mode, terms, before, closed, speed, size, start, w, x, d,
         change, r, a):
     """Change velocities by the impact of what is closed, and the rates of the gaps with them.
 
@@ -580,7 +580,7 @@ def collide(n, c, contacts, bounce, y, mode, terms, held, closed, speed, size, s
         e = terms[c * n + 2 * c + k]
         if closed[k] > 0.0 and not (e >= 0.0 and e <= 1.0 + RATE_TOLERANCE):
             return NO_MOTION
-        if held[k] > 0.0:
+        if before[k] > 0.0:
             speed[k] = 0.0
         start[k] = speed[k]
         if speed[k] < 0.0:
@@ -618,54 +618,11 @@ def collide(n, c, contacts, bounce, y, mode, terms, held, closed, speed, size, s
     return 0
 
 
-def reset_contacts(n, c, contacts, event, bounce, late, y, mode, gap, terms, held, closed, speed,
-        size, start, w, x, d, change, slope, force, r, a):
-    """Change state and mode behind an event of a contact, or at a start, where event is c.
+def settle(n, c, contacts, y, mode, terms, closed, size, start, w, x, d, slope, force, r, a):
+    """Store the mode in which those of the closed contacts are closed that have to push now.
 
-    bounce is 1, or 0 for an impact without restitution; what closes within the time late closes
-    now. The arrays behind the mode are overwritten. Return 0, or why nothing follows: 1 in a
-    singular configuration or where a number is not finite, 4 where contacts leave no motion, which
-    are then those of the mode.
+    Return 0, or why nothing follows.
     """
-    if not look(n, c, contacts, event, late, y, mode, gap, terms, held, closed, speed, size):
-        clear(c, mode)
-        return UNDETERMINED
-    respond(n, c, contacts, y, mode, terms, closed, d, change)
-    clear(c, mode)
-    approaching = False
-    for k in range(c):
-        if closed[k] > 0.0 and not held[k] > 0.0 and speed[k] < -RATE_TOLERANCE * size[k]:
-            approaching = True
-    if approaching:
-        outcome = collide(
-            n,
-            c,
-            contacts,
-            bounce,
-            y,
-            mode,
-            terms,
-            held,
-            closed,
-            speed,
-            size,
-            start,
-            w,
-            x,
-            d,
-            change,
-            r,
-            a,
-        )
-        if outcome > 0:
-            return outcome
-    for k in range(c):
-        stays = speed[k] <= RATE_TOLERANCE * size[k]
-        if held[k] > 0.0 and not approaching:
-            stays = k != event
-        if not stays:
-            closed[k] = 0.0
-    # The contacts among what is closed that have to push now.
     if not contacts.gap_terms(y, terms):
         return UNDETERMINED
     if not contacts.flight_rhs(y, slope):
@@ -689,6 +646,56 @@ def reset_contacts(n, c, contacts, event, bounce, late, y, mode, gap, terms, hel
         clear(c, mode)
         return UNDETERMINED
     return 0
+
+
+def reset_contacts(n, c, contacts, event, bounce, late, y, mode, gap, terms, before, closed, speed,
+        size, start, w, x, d, change, slope, force, r, a):
+    """Change state and mode behind an event of a contact, or at a start, where event is c.
+
+    bounce is 1, or 0 for an impact without restitution; what closes within the time late closes
+    now. The arrays behind the mode are overwritten. Return 0, or why nothing follows: 1 in a
+    singular configuration or where a number is not finite, 4 where contacts leave no motion, which
+    are then those of the mode.
+    """
+    if not look(n, c, contacts, event, late, y, mode, gap, terms, before, closed, speed, size):
+        clear(c, mode)
+        return UNDETERMINED
+    respond(n, c, contacts, y, mode, terms, closed, d, change)
+    clear(c, mode)
+    approaching = False
+    for k in range(c):
+        if closed[k] > 0.0 and not before[k] > 0.0 and speed[k] < -RATE_TOLERANCE * size[k]:
+            approaching = True
+    if approaching:
+        outcome = collide(
+            n,
+            c,
+            contacts,
+            bounce,
+            y,
+            mode,
+            terms,
+            before,
+            closed,
+            speed,
+            size,
+            start,
+            w,
+            x,
+            d,
+            change,
+            r,
+            a,
+        )
+        if outcome > 0:
+            return outcome
+    for k in range(c):
+        stays = speed[k] <= RATE_TOLERANCE * size[k]
+        if before[k] > 0.0 and not approaching:
+            stays = k != event
+        if not stays:
+            closed[k] = 0.0
+    return settle(n, c, contacts, y, mode, terms, closed, size, start, w, x, d, slope, force, r, a)
 
 
 def first_due(c, mode, before, values, largest):

@@ -69,17 +69,6 @@ std::array<T, N> undefined(std::array<T, N> out)
     return out;
 }
 
-/// Numbers in the number type.
-template <class T, std::size_t N>
-std::array<T, N> converted(const std::array<double, N>& numbers)
-{
-    std::array<T, N> out{};
-    for (std::size_t k = 0; k < N; ++k) {
-        out[k] = T(numbers[k]);
-    }
-    return out;
-}
-
 } // namespace detail
 
 /// Number of coordinates; the state y holds them, then their velocities.
@@ -212,8 +201,8 @@ T coupled_residual(std::size_t m, T* error, const T* square)
 /// little more that no change makes smaller. The arrays behind y are overwritten. Tell whether the
 /// closures hold; else the configuration is singular, or too far from any that obeys them.
 template <class T>
-bool lead_positions(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y, T*
-    error, T* square, T* change)
+bool lead_positions(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y,
+    T* error, T* square, T* change)
 {
     using std::abs;
     using std::sqrt;
@@ -253,8 +242,8 @@ bool lead_positions(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y,
 ///
 /// The arrays behind y are overwritten. Tell whether the closures hold.
 template <class T>
-bool lead_velocities(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y, T*
-    error, T* change)
+bool lead_velocities(std::size_t n, std::size_t m, T t, const Params<T>& p, T* y,
+    T* error, T* change)
 {
     using std::abs;
     using std::sqrt;

@@ -194,8 +194,8 @@ fn coupled_residual(m: usize, error: &mut [f64], square: &[f64]) -> f64 {
 /// Their metric is the kinetic energy. Newton's method goes on until only rounding is left, or
 /// little more that no change makes smaller. The arrays behind y are overwritten. Tell whether the
 /// closures hold; else the configuration is singular, or too far from any that obeys them.
-fn lead_positions(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64], error: &mut
-    [f64], square: &mut [f64], change: &mut [f64]) -> bool {
+fn lead_positions(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64],
+    error: &mut [f64], square: &mut [f64], change: &mut [f64]) -> bool {
     let mut last: f64 = 0.0;
     for number in 0..50 + 1 {
         if !position_error(t, y, p, error).is_ok() {
@@ -231,8 +231,8 @@ fn lead_positions(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64], error: 
 /// Lead the velocities of n coordinates back to m closures, in the same metric.
 ///
 /// The arrays behind y are overwritten. Tell whether the closures hold.
-fn lead_velocities(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64], error: &mut
-    [f64], change: &mut [f64]) -> bool {
+fn lead_velocities(n: usize, m: usize, t: f64, p: &Params, y: &mut [f64],
+    error: &mut [f64], change: &mut [f64]) -> bool {
     if !velocity_error(t, y, p, error).is_ok() {
         return false;
     }
@@ -440,8 +440,8 @@ fn solve_pivoted(n: usize, a: &mut [f64], b: &mut [f64]) -> bool {
 /// alike, all by powers of two. Then comes elimination with pivoting; where M is nearly singular
 /// the solution is refined once, so that every row holds to the rounding of its own terms (Skeel,
 /// Math. Comput. 35 (1980) 817).
-fn solve_saddle(n: usize, m: usize, a: &mut [f64], b: &mut [f64], d: &mut [f64], copy:
-    &mut [f64], defect: &mut [f64]) -> bool {
+fn solve_saddle(n: usize, m: usize, a: &mut [f64], b: &mut [f64], d: &mut [f64],
+    copy: &mut [f64], defect: &mut [f64]) -> bool {
     let s: usize = n + m;
     let mut size: f64 = 0.0;
     let mut unit: f64 = 1.0;
