@@ -388,7 +388,7 @@ end_time = click.option(
 #: ``-p NAME=VALUE``.
 parameters = _assignments_to(
     "-p --parameter --input parameters",
-    "Set a parameter, a size, or an input: --input u='sin(t)'; repeatable.",
+    "Set a parameter, a size, or an input, as u='sin(t)'; repeatable.",
 )
 
 #: ``-i NAME=VALUE``.
