@@ -43,6 +43,8 @@ _PARTS = (
 #: Functions and constants of the emitted module that the page's script reads.
 _EMITTED = ("rhs", "energy", "positions", "DEFAULTS", "INITIAL", "START")
 
+_EMITTED_OF_CONTACTS = ("FLIGHT", "events", "reset", "first_due")
+
 #: Most numbers of the simulated trajectory that a page holds, and its significant digits.
 _MOST_NUMBERS, _DIGITS = 30_000, 12
 
@@ -127,7 +129,9 @@ def _report(equations: Equations, say: Language) -> str:
 def _system(equations: Equations) -> str:
     """Return the emitted module, which hands its functions over to the page's script."""
     (module,) = emit_javascript(equations, {"jacobian": False}).values()
-    exported = [*_EMITTED, *(["project"] if equations.system.closures else [])]
+    system = equations.system
+    exported = [*_EMITTED, *(["project"] if system.closures or system.contacts else [])]
+    exported += _EMITTED_OF_CONTACTS if system.contacts else []
     return f"\n{_within_html(module)}\nglobalThis.lagrangeSystem = {{ {', '.join(exported)} }};\n"
 
 

@@ -62,6 +62,9 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "net_of_springs": "chains/net_of_springs",
             "schwarzschild_orbit": "celestial/schwarzschild_orbit",
             "dc_motor_pendulum": "actuators/dc_motor_pendulum",
+            "bouncing_ball": "contact/bouncing_ball",
+            "slack_rope": "contact/slack_rope",
+            "seismometer": "oscillators/seismometer",
         }.items()
     }
     scenes["hostile"] = loads(HOSTILE).derive()
@@ -73,7 +76,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
     "name",
     [
         *("double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"),
-        "dc_motor_pendulum",
+        *("dc_motor_pendulum", "bouncing_ball", "slack_rope", "seismometer"),
     ],
 )
 def test_a_page_moves_as_the_simulation_does(pages, name):

@@ -158,7 +158,7 @@ function drawPhase(states, now) {
 function drawDrift() {
   // At the ends of steps: between them the dense output is less exact than the steps.
   const every = Math.max(1, Math.ceil(motion.segments.length / MOST_POINTS));
-  const ends = motion.segments.flatMap(([y], k) => (k % every ? [] : [[motion.times[k], y]]));
+  const ends = motion.segments.flatMap(({ parts: [y] }, k) => (k % every ? [] : [[motion.times[k], y]]));
   const energies = ends.map(([t, y]) => system.energy(t, y, settings.p));
   const points = energies.map((value, k) => [ends[k][0], value - energies[0]]);
   plot(painters.drift, [{ colour: COLOURS[3], points }]);

@@ -23,6 +23,9 @@ const DENSE = [
 
 const MOST_STEPS = 200000;
 
+/** Events in a part of the motion, beyond which ever shorter bounces end; and such parts in all. */
+const [MOST_BOUNCES, PARTS] = [50, 10000];
+
 /** A motion from a start, which grows by calls of advance until its end. */
 class Motion {
   /**
@@ -33,10 +36,22 @@ class Motion {
     Object.assign(this, { from, until, p, scales, tolerance });
     this.times = [from];
     this.segments = [];
-    this.state = system.project ? system.project(from, start, p) : Float64Array.from(start);
-    this.slope = system.rhs(from, this.state, p);
-    this.status = this.slope.every(Number.isFinite) ? 'running' : 'failed';
+    this.mode = system.FLIGHT;
+    this.bounces = { part: 0, count: 0 };
+    const led = system.project ? system.project(from, start, p, this.mode) : Float64Array.from(start);
+    this.goOn(from, system.reset ? system.reset(from, led, p) : { y: led });
     this.size = this.firstStep();
+  }
+
+  /** Go on from a state in a mode; null if contacts leave no motion. */
+  goOn(t, begun) {
+    this.state = begun?.y ?? this.state;
+    this.mode = begun?.mode;
+    this.slope = system.rhs(t, this.state, this.p, this.mode);
+    this.status = begun && this.slope.every(Number.isFinite) ? 'running' : 'failed';
+    if (!system.events) return;
+    this.falling = system.events(t, this.state, this.p, this.mode);
+    this.largest ??= new Float64Array(2 * this.falling.length);
   }
 
   get reached() {
@@ -102,7 +117,7 @@ class Motion {
         for (let r = 0; r < s; ++r) sum += STAGES[s][r] * k[r][i];
         moved[i] = state[i] + h * sum;
       }
-      k.push(system.rhs(t + NODES[s] * h, moved, p));
+      k.push(system.rhs(t + NODES[s] * h, moved, p, this.mode));
     }
     const error = combined(ERROR, k, h);
     return { k, end: Float64Array.from(moved), error };
@@ -110,22 +125,61 @@ class Motion {
 
   accept(t, h, { k, end }) {
     const { state } = this;
-    const last = combined(DENSE, k, h);
     const change = end.map((value, i) => value - state[i]);
     const begun = change.map((value, i) => h * k[0][i] - value);
     const bent = change.map((value, i) => value - h * k[6][i] - begun[i]);
-    this.segments.push([state, change, begun, bent, last]);
+    const segment = { h, parts: [state, change, begun, bent, combined(DENSE, k, h)] };
+    const event = system.events ? this.firstEvent(t, segment, end) : null;
+    this.segments.push(segment);
+    if (event) this.cross(event);
+    else this.pass(t, h, end, k[6]);
+    if (this.status === 'failed') return;
+    if (this.reached >= this.until) this.status = 'done';
+    else if (this.segments.length >= MOST_STEPS) this.status = 'slow';
+  }
+
+  /** Go on behind a step without events. */
+  pass(t, h, end, slope) {
     // The last time is the end itself, whatever rounding made of the sum of steps.
     this.times.push(h === this.until - t ? this.until : t + h);
     this.state = end;
-    this.slope = k[6];
-    if (system.project) {
-      const led = system.project(t + h, end, this.p);
-      if (led.every(Number.isFinite)) this.state = led;
-      this.slope = system.rhs(t + h, this.state, this.p);
+    this.slope = slope;
+    if (!system.project) return;
+    const led = system.project(t + h, end, this.p, this.mode);
+    if (led.every(Number.isFinite)) this.state = led;
+    this.slope = system.rhs(t + h, this.state, this.p, this.mode);
+  }
+
+  /** The first contact that opens or closes within a step, and when; null if none does. */
+  firstEvent(t, segment, end) {
+    const due = (at, y) => {
+      const values = system.events(at, y, this.p, this.mode);
+      const contact = system.first_due(
+        values.length, this.mode, this.falling, values, this.largest,
+      );
+      return { contact, values, isDue: contact < values.length };
+    };
+    const last = due(t + segment.h, end);
+    if (!last.isDue) {
+      this.falling = last.values;
+      return null;
     }
-    if (this.reached >= this.until) this.status = 'done';
-    else if (this.segments.length >= MOST_STEPS) this.status = 'slow';
+    let [early, late, found] = [0, segment.h, last];
+    for (let middle = late / 2; early < middle && middle < late; middle = (early + late) / 2) {
+      const trial = due(t + middle, dense(segment, middle));
+      if (trial.isDue) [late, found] = [middle, trial];
+      else early = middle;
+    }
+    return { contact: found.contact, t: t + late, y: dense(segment, late) };
+  }
+
+  /** Go on behind an event; ever shorter bounces end without restitution. */
+  cross({ contact, t, y }) {
+    this.times.push(t);
+    const part = Math.floor(((t - this.from) / (this.until - this.from)) * PARTS);
+    this.bounces = { part, count: part === this.bounces.part ? this.bounces.count + 1 : 1 };
+    const bounce = this.bounces.count < MOST_BOUNCES ? 1 : 0;
+    this.goOn(t, system.reset(t, y, this.p, this.mode, contact, bounce));
   }
 
   /** The state at a time, by the dense output of its step; times beyond the ends are the ends'. */
@@ -138,12 +192,15 @@ class Motion {
       if (this.times[middle] <= t) low = middle;
       else high = middle - 1;
     }
-    const h = this.times[low + 1] - this.times[low];
-    const s = Math.min(1, Math.max(0, (t - this.times[low]) / h));
-    const r = 1 - s;
-    const [a, b, c, d, e] = this.segments[low];
-    return a.map((value, i) => value + s * (b[i] + r * (c[i] + s * (d[i] + r * e[i]))));
+    return dense(this.segments[low], t - this.times[low]);
   }
+}
+
+/** The state a time behind the beginning of a segment. */
+function dense({ h, parts: [a, b, c, d, e] }, time) {
+  const s = Math.min(1, Math.max(0, time / h));
+  const r = 1 - s;
+  return a.map((value, i) => value + s * (b[i] + r * (c[i] + s * (d[i] + r * e[i]))));
 }
 
 function combined(weights, k, h) {
