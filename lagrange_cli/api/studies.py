@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,9 +11,11 @@ from typing import TYPE_CHECKING
 from lagrange_cli.api.derived import Derived
 from lagrange_cli.api.motion import GivenMembers, members_given, simulate
 from lagrange_cli.api.values import GivenValues
+from lagrange_cli.errors import InputError, Problem, nearest
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
+    from lagrange_cli.simulate.arrays import Array
     from lagrange_cli.studies.fit.result import Fit
     from lagrange_cli.studies.lyapunov import Lyapunov
     from lagrange_cli.studies.path.models import PathModels
@@ -76,6 +79,8 @@ def fit(
     measurements: str | os.PathLike[str],
     free: Sequence[str],
     *,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    starts: int | None = None,
     accuracy: float = 1e-8,
     progress: Callable[[float], None] | None = None,
 ) -> Fit:
@@ -88,6 +93,11 @@ def fit(
     free
         Names of parameters, and of coordinates or their ``dot`` for their starts; the
         scene's values are the first ones.
+    bounds
+        Lowest and highest values of some of them.
+    starts
+        Number of starts of the search; None if it may end when one explains the measurements or
+        enough agree.
     accuracy
         Of the motions.
     progress
@@ -96,32 +106,71 @@ def fit(
     Raises
     ------
     InputError
-        As :func:`lagrange_cli.studies.fit.fit.fit_motion`.
+        As :func:`lagrange_cli.studies.fit.fit.fit_motion`; bounds are of a value that is not free.
     """
-    from lagrange_cli.studies.fit.fit import fit_motion, require_free
+    from lagrange_cli.studies.fit.fit import POSITIVE, FreeValue, fit_motion, require_free
     from lagrange_cli.studies.fit.measurements import read_measurements
+    from lagrange_cli.studies.path.models import periodic_coordinates
 
     table = read_measurements(os.fspath(measurements))
-    equations = derived.equations
-    numbers: dict[str, float | None] = {p.name: p.value for p in equations.system.parameters}
-    names, state = equations.system.state_names, equations.system.initial
-    unknown = (None,) * len(names)
-    numbers |= dict(zip(names, unknown if state is None else state.numbers, strict=True))
-    positive = [p.name for p in equations.system.parameters if p.positive]
-    parameters = {p.name for p in equations.system.parameters}
+    system, model = derived.equations.system, derived.model()
+    starts_of = (
+        dict.fromkeys(model.state_names)
+        if model.initial is None
+        else dict(zip(model.state_names, map(float, model.initial), strict=True))
+    )
+    parameters = {p.name: p.value for p in system.parameters}
+    first = require_free(free, {**parameters, **starts_of})
+    lowest = {p.name: POSITIVE for p in system.parameters if p.positive}
+    bounds = _bounds_of(free, bounds or {})
+    periodic = zip(system.coordinates, periodic_coordinates(derived.equations), strict=True)
+    angles = {c.name for c, is_periodic in periodic if is_periodic}
 
-    def run(values: Mapping[str, float], by: Sequence[str], samples: int) -> Trajectory:
+    def run(
+        values: Mapping[str, float], by: Sequence[str], times: Array, budget: float | None
+    ) -> Trajectory:
         return simulate(
             derived,
             parameters={k: x for k, x in values.items() if k in parameters},
             initial={k: x for k, x in values.items() if k not in parameters},
             sensitivity=by,
-            until=float(table.times[-1]),
+            times=times.tolist(),
             accuracy=accuracy,
-            samples=samples,
+            budget=budget,
         )
 
-    return fit_motion(run, table, require_free(free, numbers), positive, progress)
+    return fit_motion(
+        run,
+        table,
+        [
+            FreeValue(
+                name=name,
+                first=value,
+                lowest=max(lowest.get(name, -math.inf), bounds[name][0]),
+                highest=bounds[name][1],
+                is_start=name not in parameters,
+                is_angle=name in angles,
+            )
+            for name, value in first.items()
+        ],
+        origin=model.defaults.start,
+        starts=starts,
+        accuracy=accuracy,
+        progress=progress,
+    )
+
+
+def _bounds_of(
+    free: Sequence[str], bounds: Mapping[str, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    """Return bounds of all free values; refuse those of others."""
+    for name in bounds:
+        if name not in free:
+            hint = nearest(name, list(free)) or f"free are {', '.join(free)}"
+            raise InputError(
+                Problem(f"'{name}' has bounds, but is not free", hint=hint, rule="fit")
+            )
+    return {name: bounds.get(name, (-math.inf, math.inf)) for name in free}
 
 
 def lyapunov(

@@ -23,7 +23,9 @@ simulate: {until: 5}
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "spring.yaml").write_text(SCENE)
-    rows = [f"{0.2 * k},{math.cos(math.sqrt(1.5) * 0.2 * k) + 1e-3 * (-1) ** k}" for k in range(20)]
+    # Noise that alternated would be none: neighbours would be correlated.
+    noise = [float(side + "1e-3") for side in "+-++-+--+---+-+-++--"]
+    rows = [f"{0.2 * k},{math.cos(math.sqrt(1.5) * 0.2 * k) + x}" for k, x in enumerate(noise)]
     (tmp_path / "data.csv").write_text("t,x\n" + "\n".join(rows) + "\n")
     return tmp_path
 
@@ -68,3 +70,31 @@ def test_measurements_are_not_replaced(folder):
     done = lagrange("fit", "spring.yaml", "data.csv", "--free", "k", "-o", "out.json", cwd=folder)
     assert done.returncode == 2
     assert (folder / "data.csv").read_text() == before
+
+
+@pytest.mark.slow
+def test_noise_that_is_none_is_exit_code_1(folder):
+    """The scene has no damping, and the measurements are of a damped motion."""
+    rows = [f"{t},{math.exp(-0.05 * t) * math.cos(1.2 * t)}" for t in (0.1 * k for k in range(60))]
+    (folder / "data.csv").write_text("t,x\n" + "\n".join(rows) + "\n")
+    done = lagrange("fit", "spring.yaml", "data.csv", "--free", "k,x", "--json", cwd=folder)
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["status"] == "contradicted"
+
+
+def test_bounds_and_starts(folder):
+    words = ("fit", "spring.yaml", "data.csv", "--free", "k,x")
+    found = json.loads(succeed(*words, "--bounds", "k=1,10", "--starts", "4", "--json", cwd=folder))
+    assert (found["status"], found["starts"], found["minima"][0]["starts"]) == ("ok", 4, 4)
+    found = json.loads(lagrange(*words, "--bounds", "k=3.2,10", "--json", cwd=folder).stdout)
+    assert "at_bound" in [f["kind"] for f in found["findings"]]
+    assert found["values"][0]["error"] is None
+    for wrong, said in (
+        ("k=1", "two numbers"),
+        ("k=2,1", "do not ascend"),
+        ("k=4,5", "not within its"),
+        ("m=1,3", "is not free"),
+    ):
+        done = lagrange(*words, "--bounds", wrong, cwd=folder)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert said in done.stderr

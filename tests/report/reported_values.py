@@ -14,7 +14,15 @@ from lagrange_cli.report.values.check import CacheView
 from lagrange_cli.report.values.simulation import Simulated, SimulatedMembers
 from lagrange_cli.simulate.ensemble.store.blocks import Failure, NumberRange
 from lagrange_cli.simulate.model.labels import Labels
-from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
+from lagrange_cli.studies.fit.noise import SerialCorrelation
+from lagrange_cli.studies.fit.result import (
+    Fit,
+    FitFinding,
+    FitKind,
+    FitMinimum,
+    FittedColumn,
+    FittedValue,
+)
 from lagrange_cli.studies.path.ends import End
 from lagrange_cli.studies.path.measure import StationaryPath
 from lagrange_cli.studies.path.morse import Conjugacy
@@ -163,10 +171,31 @@ def fit(name: str) -> Fit:
         FittedValue(name, 1.0, 6.02214076e23, 1.5e17),
         FittedValue("c", 0.0, 0.125, None),
     )
-    columns = (FittedColumn(name, np.arange(3.0), np.arange(3.0), np.ones(3), np.ones(3)),)
+    test = SerialCorrelation(23.0, 10, 0.0106)
+    columns = (
+        FittedColumn(name, np.arange(3.0), np.arange(3.0), np.ones(3), np.ones(3), test),
+        FittedColumn("x", np.arange(3.0), np.arange(3.0), np.ones(3), np.ones(3)),
+    )
     correlation = np.array([[1, 0.99, 0], [0.99, 1, 0], [0, 0, 1]])
-    given = "undetermined", f"{name} fits as well"
-    return Fit(name, *given, values, columns, correlation, 4.2, 1, True, "differences", 17, ANY)
+    kinds: tuple[FitKind, ...] = (
+        *("undetermined", "not_converged", "contradicted", "ambiguous", "at_bound", "remark"),
+    )
+    return Fit(
+        name,
+        tuple(FitFinding(kind, f"{name} fits as well") for kind in kinds),
+        values,
+        columns,
+        correlation,
+        4.2,
+        1,
+        True,
+        0.04,
+        "differences",
+        17,
+        12,
+        (FitMinimum({"k": 2.5, "c": 0.0}, 0.01, 9), FitMinimum({"k": 4.0, "c": 0.2}, 0.1, 3)),
+        ANY,
+    )
 
 
 def trade(name: str) -> Trade:

@@ -19,6 +19,24 @@ if TYPE_CHECKING:
     from lagrange_cli.report.formats import ReportForm
 
 
+def _bounds(
+    ctx: click.Context, option: click.Parameter, value: tuple[str, ...]
+) -> dict[str, tuple[float, float]]:
+    """Split ``NAME=LOW,HIGH`` texts."""
+    bounds = {}
+    for text in value:
+        name, _, ends = (part.strip() for part in text.partition("="))
+        try:
+            lowest, highest = map(float, ends.split(","))
+        except ValueError:
+            message = f"'{text}' is not of the form NAME=LOW,HIGH with two numbers"
+            raise click.BadParameter(message, ctx, option) from None
+        if name in bounds:
+            raise click.BadParameter(f"'{name}' is given twice", ctx, option)
+        bounds[name] = lowest, highest
+    return bounds
+
+
 @click.command(cls=Command)
 @options.scene
 @click.argument("data", type=click.Path())
@@ -29,6 +47,20 @@ if TYPE_CHECKING:
     metavar="NAMES",
     help="Names to fit, with commas between them: parameters, and coordinates or 'dot(NAME)' for "
     "their starts. The fit begins at the scene's values.",
+)
+@click.option(
+    "--bounds",
+    multiple=True,
+    callback=_bounds,
+    metavar="NAME=LOW,HIGH",
+    help="Lowest and highest value of NAME; repeatable.",
+)
+@click.option(
+    "--starts",
+    type=click.IntRange(1, 1000),
+    metavar="N",
+    help="Begin N times: with the scene's values, and others within bounds or decades.  "
+    "[default: until one start explains the measurements, or enough agree]",
 )
 @options.number("--accuracy", "EPS", "Accuracy that is promised of each motion.", 1e-8)
 @options.formulation(None, "the scene's, or auto")
@@ -48,6 +80,8 @@ def fit(
     scene: str,
     data: str,
     free: tuple[str, ...],
+    bounds: dict[str, tuple[float, float]],
+    starts: int | None,
     accuracy: float,
     formulation: Formulation | None,
     parameters: dict[str, str],
@@ -68,7 +102,9 @@ def fit(
     guard(asked, {"-o": output, "--plot": plot}, {"the measurements": data})
     derivation = asked.derivation()
     with session.progress("fitting") as move:
-        fitted = derivation.fit(data, free, accuracy=accuracy, progress=move)
+        fitted = derivation.fit(
+            data, free, bounds=bounds, starts=starts, accuracy=accuracy, progress=move
+        )
     print_report(fitted, form, output)
     if plot is not None:
         fitted.plot(plot)

@@ -42,10 +42,22 @@ _COLUMNS: tuple[Column[FittedColumn], ...] = (
     Column(say("column"), lambda column: Plain(column.name)),
     Column(say("measurements"), lambda column: f"{len(column.times)}", True),
     Column(say("root mean square"), lambda column: decimal(column.root_mean_square, ".3g"), True),
+    Column(
+        say("p (Ljung–Box)"),
+        lambda column: "-" if column.serial is None else decimal(column.serial.probability, ".2g"),
+        True,
+    ),
 )
 
-#: Status that is not ok → its words.
-_ENDS = {"undetermined": say("undetermined"), "not_converged": say("not converged")}
+#: Kind of a finding → its words.
+_KINDS = {
+    "undetermined": say("undetermined"),
+    "not_converged": say("not converged"),
+    "contradicted": say("contradicted"),
+    "ambiguous": say("ambiguous"),
+    "at_bound": say("at a bound"),
+    "remark": say("remark"),
+}
 
 #: Source of derivatives → its words.
 _DERIVATIVES = {
@@ -57,17 +69,17 @@ _DERIVATIVES = {
 def _known(fit: Fit) -> tuple[tuple[Text, Text], ...]:
     """Return what else is known of a fit, and what is not."""
     rows: list[tuple[Text, Text]] = []
-    if fit.reason:
-        rows.append((_ENDS[fit.status], phrased(fit.reason)))
-    if fit.given_deviations:
+    rows += ((_KINDS[finding.kind], phrased(finding.text)) for finding in fit.findings)
+    if fit.chi_squared_probability is not None:
         rows.append(
             (
                 Inline(square(symbol("chi"))),
                 say.counted(
                     fit.degrees_of_freedom,
-                    "{value} at {count} degree of freedom",
-                    "{value} at {count} degrees of freedom",
+                    "{value} at {count} degree of freedom, p = {probability}",
+                    "{value} at {count} degrees of freedom, p = {probability}",
                     value=decimal(fit.chi_squared, ".4g"),
+                    probability=decimal(fit.chi_squared_probability, ".2g"),
                 ),
             )
         )
@@ -85,6 +97,14 @@ def _known(fit: Fit) -> tuple[tuple[Text, Text], ...]:
     if close:
         rows.append((say("correlated"), Listed(tuple(close))))
     by = _DERIVATIVES[fit.derivatives]
+    if fit.starts > 1:
+        ended = fit.minima[0].starts
+        rows.append(
+            (
+                say("starts"),
+                say("{count}, {ended} of them to these values", count=fit.starts, ended=ended),
+            )
+        )
     rows.append((say("runs"), say("{count}, derivatives by {by}", count=fit.runs, by=by)))
     return tuple(rows)
 

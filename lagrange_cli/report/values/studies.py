@@ -23,7 +23,13 @@ from lagrange_cli.report.values.json_types import (
 )
 
 if TYPE_CHECKING:
-    from lagrange_cli.studies.fit.result import Fit, FittedColumn, FittedValue
+    from lagrange_cli.studies.fit.result import (
+        Fit,
+        FitFinding,
+        FitMinimum,
+        FittedColumn,
+        FittedValue,
+    )
     from lagrange_cli.studies.path.ends import End
     from lagrange_cli.studies.path.measure import StationaryPath
     from lagrange_cli.studies.path.result import Paths
@@ -349,6 +355,9 @@ STRESS: JsonObject[Stress] = JsonObject(
 
 # A fit.
 
+#: Reasons against a fit, the gravest first.
+FIT_KINDS = "undetermined", "not_converged", "contradicted", "ambiguous", "at_bound"
+
 _FITTED_VALUE: JsonObject[FittedValue] = JsonObject(
     Key("name", TEXT, "A parameter, or a coordinate or its dot for its start."),
     Key("value", NUMBER, "The fitted value."),
@@ -359,15 +368,43 @@ _FITTED_COLUMN: JsonObject[FittedColumn] = JsonObject(
     Key("name", TEXT, "Name of the column."),
     Key("measurements", INTEGER, "Number of measurements.", lambda column: len(column.times)),
     Key("rms", NUMBER, "Root mean square of what is left.", lambda column: column.root_mean_square),
+    Key(
+        "serial_probability",
+        MAYBE_NUMBER,
+        "Probability that neighbours in white noise are as correlated as the residuals, by Ljung"
+        " and Box; null of few residuals, and of mere errors of the motion.",
+        lambda column: None if column.serial is None else column.serial.probability,
+    ),
+)
+_FINDING: JsonObject[FitFinding] = JsonObject(
+    Key(
+        "kind",
+        one_of(*FIT_KINDS, "remark"),
+        "A status, or remark: no reason against the fit.",
+    ),
+    Key("text", TEXT, "The reason or remark in words."),
+)
+_MINIMUM: JsonObject[FitMinimum] = JsonObject(
+    Key("values", by_name(NUMBER), "The values there."),
+    Key(
+        "rms",
+        NUMBER,
+        "Root mean square of residuals over the ranges of columns.",
+        lambda minimum: minimum.root_mean_square,
+    ),
+    Key("starts", INTEGER, "Number of starts that ended there."),
 )
 FIT: JsonObject[Fit] = JsonObject(
     Key("name", TEXT, "Name of the scene."),
     Key(
         "status",
-        one_of("ok", "undetermined", "not_converged"),
-        "Outcome; undetermined: other values fit as well.",
+        one_of("ok", *FIT_KINDS),
+        "Outcome. undetermined: other values near by fit as well; contradicted: the residuals are"
+        " no noise, or more than is stated; ambiguous: values elsewhere fit as well; at_bound:"
+        " values are at their bounds.",
     ),
     Key("reason", TEXT, "Why the status is not ok; empty if it is."),
+    Key("findings", list_of(_FINDING), "All reasons against the fit, and remarks."),
     Key("values", list_of(_FITTED_VALUE), "The fitted values, in the order of --free."),
     Key(
         "correlation",
@@ -381,7 +418,14 @@ FIT: JsonObject[Fit] = JsonObject(
         "Sum of the squares of residuals over deviations; null unless all deviations are given.",
         lambda fit: fit.chi_squared if fit.given_deviations else None,
     ),
+    Key(
+        "chi_squared_probability",
+        MAYBE_NUMBER,
+        "Probability of a larger one if the deviations are as given; null likewise.",
+    ),
     Key("degrees_of_freedom", INTEGER, "Number of measurements less that of values."),
     Key("derivatives", TEXT, "Source of derivatives: variational equations or differences."),
     Key("runs", INTEGER, "Number of motions that were simulated."),
+    Key("starts", INTEGER, "Number of starts that were tried."),
+    Key("minima", list_of(_MINIMUM), "Minima that starts led to, the fitted one first."),
 )

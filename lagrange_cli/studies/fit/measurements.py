@@ -140,15 +140,17 @@ def require_names(measurements: Measurements, known: Sequence[str]) -> None:
 
 
 def require_times(measurements: Measurements, start: float) -> None:
-    """Refuse measurements before the motion starts.
+    """Refuse measurements before the motion starts, and those that are all at the start.
 
     Raises
     ------
     InputError
-        There is one.
+        There is one, or none later.
     """
-    first = float(measurements.times[0])
+    first, place = float(measurements.times[0]), measurements.places[_TIME]
     if first < start:
         message = f"the first measurement, at t = {first:.6g}, is before the start, t = {start:.6g}"
         hint = "give the scene's section simulate a 'from' that is not later"
-        raise InputError(Problem(message, measurements.places[_TIME], hint, _RULE))
+        raise InputError(Problem(message, place, hint, _RULE))
+    if not measurements.times[-1] > start:
+        raise InputError(Problem("all measurements are at the start", place, rule=_RULE))

@@ -10,8 +10,17 @@ import numpy as np
 from lagrange_cli.drawn import Drawn, Reported
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from lagrange_cli.simulate.arrays import Array
     from lagrange_cli.simulate.results.trajectory import Trajectory
+    from lagrange_cli.studies.fit.noise import SerialCorrelation
+
+
+#: Kinds of findings; see :class:`FitFinding`.
+FitKind = Literal[
+    "undetermined", "not_converged", "contradicted", "ambiguous", "at_bound", "remark"
+]
 
 
 @dataclass(frozen=True)
@@ -47,6 +56,9 @@ class FittedColumn:
     deviations
         Standard deviations of the measurements: given, or estimated as the one number that
         the residuals have.
+    serial
+        Test of the residuals for serial correlation; None if they are too few, or no more than
+        errors of the motion.
     """
 
     name: str
@@ -54,11 +66,49 @@ class FittedColumn:
     measured: Array
     fitted: Array
     deviations: Array
+    serial: SerialCorrelation | None = None
 
     @property
     def root_mean_square(self) -> float:
         """The root mean square of the residuals."""
         return float(np.sqrt(np.mean((self.measured - self.fitted) ** 2)))
+
+
+@dataclass(frozen=True)
+class FitFinding:
+    """A reason against a fit, or a remark on it.
+
+    Attributes
+    ----------
+    kind
+        ``undetermined``: other values near by fit as well; ``not_converged``; ``contradicted``:
+        the residuals are no noise, or more than was stated; ``ambiguous``: values elsewhere fit as
+        well; ``at_bound``: values are at their bounds; ``remark``: no reason against the fit.
+    text
+        Words that say more.
+    """
+
+    kind: FitKind
+    text: str
+
+
+@dataclass(frozen=True)
+class FitMinimum:
+    """A minimum of the sum of squares that starts led to.
+
+    Attributes
+    ----------
+    values
+        The values there, by name.
+    root_mean_square
+        Root mean square of the residuals over the ranges of their columns.
+    starts
+        Number of starts that ended there.
+    """
+
+    values: Mapping[str, float]
+    root_mean_square: float
+    starts: int
 
 
 @dataclass(frozen=True)
@@ -69,10 +119,8 @@ class Fit(Drawn, Reported):
     ----------
     name
         Name of the scene.
-    status
-        ``ok``; ``undetermined``: other values fit as well; ``not_converged``.
-    reason
-        Words that say more, if the status is not ``ok``.
+    findings
+        Reasons against the fit, the gravest first, then remarks.
     values
         Fitted values, in the order that was asked for.
     columns
@@ -85,30 +133,48 @@ class Fit(Drawn, Reported):
         Measurements less values.
     given_deviations
         True if the file gave them; else they are estimated, and ``chi_squared`` means nothing.
+    chi_squared_probability
+        That of a larger ``chi_squared`` if the deviations are as given; None if they are not given.
     derivatives
         ``variational equations`` or ``differences``.
     runs
         Motions that were simulated.
+    starts
+        Starts that were tried.
+    minima
+        Minima that starts led to, the fitted one first.
     motion
         The fitted motion.
     """
 
     name: str
-    status: Literal["ok", "undetermined", "not_converged"]
-    reason: str
+    findings: tuple[FitFinding, ...]
     values: tuple[FittedValue, ...]
     columns: tuple[FittedColumn, ...]
     correlation: Array
     chi_squared: float
     degrees_of_freedom: int
     given_deviations: bool
+    chi_squared_probability: float | None
     derivatives: str
     runs: int
+    starts: int
+    minima: tuple[FitMinimum, ...]
     motion: Trajectory
 
     @property
+    def status(self) -> FitKind | Literal["ok"]:
+        """The kind of the gravest reason against the fit, ``ok`` without one."""
+        return next((f.kind for f in self.findings if f.kind != "remark"), "ok")
+
+    @property
+    def reason(self) -> str:
+        """The gravest reason against the fit in words, empty without one."""
+        return next((f.text for f in self.findings if f.kind != "remark"), "")
+
+    @property
     def exit_code(self) -> int:
-        """0 where the values are determined, else 1."""
+        """0 where nothing speaks against the fit, else 1."""
         return 0 if self.status == "ok" else 1
 
     def __repr__(self) -> str:

@@ -247,8 +247,9 @@ class Variants:
 
     def __init__(self, recipe: Recipe, make: Callable[[], Model]) -> None:
         self.recipe, self._make = recipe, make
-        # Names of values → maker of further models; None if these values change more than numbers.
-        self._numeric: dict[frozenset[str], NumericMembers | None] = {}
+        # Names of values → makers of further models, one for each choice of signs; none if these
+        # values change more than numbers.
+        self._numeric: dict[frozenset[str], list[NumericMembers]] = {}
 
     @cached_property
     def model(self) -> Model:
@@ -264,15 +265,18 @@ class Variants:
         names = member.names
         if not names:
             return self.model
-        if names in self._numeric:
-            numeric = self._numeric[names]
-            model = None if numeric is None else numeric.model_of(member)
-            return self.recipe.model(member) if model is None else model
+        for numeric in self._numeric.get(names, ()):
+            model = numeric.model_of(member)
+            if model is not None:
+                return model
         model = self.recipe.model(member)
         if model.code == self.model.code:
             model = replace(model, code=self.model.code)
-        alone = differ_in_numbers(self.recipe, member, model)
-        self._numeric[names] = NumericMembers(self.recipe, member, model) if alone else None
+        is_decided = names in self._numeric and not self._numeric[names]
+        if not is_decided:
+            makers = self._numeric.setdefault(names, [])
+            if differ_in_numbers(self.recipe, member, model):
+                makers.append(NumericMembers(self.recipe, member, model))
         return model
 
     def with_multipliers(self, member: MemberValues) -> Model:
@@ -281,9 +285,9 @@ class Variants:
 
     def differ_in_numbers(self, member: MemberValues, model: Model) -> bool:
         """Answer :func:`differ_in_numbers` for a model from :meth:`model_of`."""
-        numeric = self._numeric[member.names]
-        if numeric is None or numeric.values(member) is not None:
-            return numeric is not None
+        makers = self._numeric[member.names]
+        if not makers or any(numeric.values(member) is not None for numeric in makers):
+            return bool(makers)
         # Signs for which this is not decided yet may lead to other equations.
         return differ_in_numbers(self.recipe, member, model)
 
