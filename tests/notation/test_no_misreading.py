@@ -17,14 +17,14 @@ from lagrange_cli.notation.printers.unicode import UnicodePrinter
 from lagrange_cli.notation.vocabulary import vocabulary
 from tests.notation.formula_readers import Reader, TypstReader
 from tests.notation.mathml_reader import MathmlReader
-from tests.systems.shipped import sliced
+from tests.systems.shipped import IN_PIECES, sliced
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 #: The bicycle's formulas have thousands of terms of the kinds that others have.
 SCENES = [
     path
     for path in sorted(SYSTEMS.glob("*/*.yaml"))
-    if path.parent.name != "refused" and path.stem != "bicycle"
+    if path.parent.name != "refused" and path.stem not in {"bicycle", *IN_PIECES}
 ]
 
 

@@ -24,11 +24,12 @@ Array = NDArray[np.float64]
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
 #: Scenes for which SymPy's own route takes minutes, or that it cannot take, as it has no states of
-#: first order, or whose forces switch; there are files of tests for them.
+#: first order, whose forces switch, or that read tables; there are files of tests for them.
 APART = {
     "bicycle": SYSTEMS / "rolling" / "bicycle.yaml",
     **{p.stem: p for p in sorted((SYSTEMS / "actuators").glob("*.yaml"))},
     **{p.stem: p for p in sorted((SYSTEMS / "switching").glob("*.yaml"))},
+    **{p.stem: p for p in sorted((SYSTEMS / "data").glob("*.yaml"))},
 }
 
 SCENES = {
@@ -40,6 +41,10 @@ REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 
 #: Scenes of rigid bodies, whose steps and constraint forces are not written.
 BODIES = frozenset(name for name, p in SCENES.items() if p.parent.name == "bodies")
+
+#: Scenes whose equations hold tables, or cases of `piecewise`: SymPy writes no code for them, and
+#: the tests' own readers of formulas do not know them.
+IN_PIECES = frozenset({"engine_on_a_brake", "play_between_springs"})
 
 CONTACTS = [name for name, p in SCENES.items() if p.parent.name == "contact"]
 

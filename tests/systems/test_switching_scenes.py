@@ -43,6 +43,23 @@ def test_a_saturated_actuator_brakes_and_accelerates_at_its_bounds() -> None:
     assert run.columns["x"][bound] == pytest.approx((run.t[bound] - 1) ** 2, abs=1e-9)
 
 
+def test_a_pushed_mass_flies_between_its_springs() -> None:
+    run = simulated("play_between_springs")
+    assert run.status == "ok"
+    t, x = run.t, run.columns["x"]
+    pushed = t < 0.5
+    assert x[pushed] == pytest.approx(t[pushed] ** 2, abs=1e-9)
+    spring = (t > 0.75) & (t < 1.25)
+    exact = 0.5 + np.sin(2 * math.pi * (t[spring] - 0.75)) / (2 * math.pi)
+    assert x[spring] == pytest.approx(exact, abs=1e-9)
+    back = (t > 1.25) & (t < 2.25)
+    assert x[back] == pytest.approx(1.75 - t[back], abs=1e-9)
+    # Samples are 0.05 s apart, a period is 3 s.
+    first = (t > 0.5) & (t < 3.25)
+    later = np.flatnonzero(first) + 60
+    assert x[later] == pytest.approx(x[first], abs=1e-9)
+
+
 def test_a_block_sticks_to_its_belt_until_the_spring_overcomes_the_friction() -> None:
     run = simulated("stick_slip_belt")
     assert run.status == "ok"

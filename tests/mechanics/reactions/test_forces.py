@@ -17,7 +17,7 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.reactions import constraint_forces as forces
 from lagrange_cli.scene import read_file, read_text
 from tests.mechanics.mechanics_support import DOUBLE_PENDULUM
-from tests.systems.shipped import BODIES, sliced
+from tests.systems.shipped import BODIES, IN_PIECES, sliced
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 SCENES = {p.stem: p for p in sorted(SYSTEMS.rglob("*.yaml")) if p.parent.name != "refused"}
@@ -227,7 +227,7 @@ def solved(e, point):
 
 
 @pytest.mark.slow
-@sliced(n for n in SCENES if n not in LARGE and n not in BODIES)
+@sliced(n for n in SCENES if n not in LARGE | BODIES | IN_PIECES)
 def test_no_virtual_displacement_feels_them(name):
     """Σ f·∂r/∂q is what closures exert: nothing where there are none.
 
