@@ -50,6 +50,10 @@ def _named(value: Schema, description: str) -> Schema:
     return {"type": "object", "additionalProperties": value, "description": description}
 
 
+def _one_of(words: str, description: str) -> Schema:
+    return {"enum": words.split(), "description": description}
+
+
 def _either(*kinds: Schema) -> Schema:
     return {"anyOf": list(kinds)}
 
@@ -76,17 +80,18 @@ _PARAMETER = _either(
     ),
 )
 
+_COLUMN = {
+    "file": _text("The CSV file, in the folder of the scene or below"),
+    "column": _text("Name of the column with its values"),
+}
+
 _INPUT = _either(
     _expression("Its value over t and parameters"),
     _mapping(
         "Values of a CSV file",
         {
-            "file": _text("The file, in the folder of the scene or below"),
-            "column": _text("Name of the column"),
-            "interpolation": {
-                "enum": ["previous", "linear", "cubic"],
-                "description": "Its values between two rows; linear by default",
-            },
+            **_COLUMN,
+            "interpolation": _one_of("previous linear cubic", "Between rows; linear by default"),
         },
         ["file", "column"],
     ),
@@ -109,25 +114,24 @@ _STATE_OF_FIRST_ORDER = _either(
 _FUNCTION = _either(
     _text("Name of its argument"),
     _mapping(
-        "A function of one argument, or a table",
+        "A function of one argument",
         {
-            "of": _either(
-                _expression("Its argument"), _list_of(_expression("An argument"), "Two arguments")
-            ),
+            "of": _text("Name of its argument"),
             "equals": _expression("Its value over the argument and parameters"),
-            "file": _text("The file of a table, in the folder of the scene or below"),
-            "column": _text("Name of the column with its values"),
-            "interpolation": {
-                "enum": ["monotone", "linear", "cubic"],
-                "description": "Its values between two rows; monotone by default",
-            },
-            "outside": {
-                "enum": ["end", "hold", "extend"],
-                "description": "Its values beyond the outermost rows; by default the run ends",
-            },
             "latex": _LATEX,
         },
         ["of"],
+    ),
+    _mapping(
+        "A table",
+        {
+            "of": _either(_expression("Its argument"), _list_of(_expression("One of them"), "Two")),
+            **_COLUMN,
+            "interpolation": _one_of("monotone linear cubic", "Between rows; by default monotone"),
+            "outside": _one_of("end hold extend", "Beyond them; the run ends by default"),
+            "latex": _LATEX,
+        },
+        ["of", "file", "column"],
     ),
 )
 
@@ -164,6 +168,14 @@ _MOMENTS = _either(
     ),
 )
 
+_SHAPES = {
+    "rod": _expression("Its length"),
+    "disk": _expression("Its radius"),
+    "sphere": _expression("Its radius"),
+    "cylinder": _list_of(_expression("A length"), "Its radius and height", 2),
+    "box": _list_of(_expression("A length"), "Its edges along x, y, z", 3),
+}
+
 _INERTIA = _either(
     _MOMENTS,
     _mapping(
@@ -171,16 +183,13 @@ _INERTIA = _either(
         {"about": {"enum": ["origin", "centre"]}, "moments": _MOMENTS},
         ["about", "moments"],
     ),
-    _mapping(
-        "A shape of uniform density",
-        {
-            "rod": _expression("Its length"),
-            "disk": _expression("Its radius"),
-            "sphere": _expression("Its radius"),
-            "cylinder": _list_of(_expression("A length"), "Its radius and height", 2),
-            "box": _list_of(_expression("A length"), "Its edges along x, y, z", 3),
-            "axis": {"enum": ["x", "y", "z"], "description": "Its axis in the body"},
-        },
+    *(
+        _mapping(
+            "A shape of uniform density",
+            {shape: size, "axis": _one_of("x y z", "Its axis in the body")},
+            [shape],
+        )
+        for shape, size in _SHAPES.items()
     ),
 )
 
@@ -414,10 +423,7 @@ SECTIONS: dict[str, Schema] = {
     "states": _named(_STATE_OF_FIRST_ORDER, "Numbers that their rates move, as currents"),
     "functions": _named(_FUNCTION, "Functions of one argument, unknown or given, and tables"),
     "particles": _named(_PARTICLE, "Point masses"),
-    "plane": {
-        "enum": ["xy", "xz", "yz"],
-        "description": "Every particle and body stays in this plane",
-    },
+    "plane": _one_of("xy xz yz", "Every particle and body stays in this plane"),
     "frames": _named(_FRAME, "Axes that stand on others and turn against them"),
     "bodies": _named(_BODY, "Rigid bodies"),
     "points": _named(_POINT, "Positions without mass"),

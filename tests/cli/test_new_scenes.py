@@ -100,9 +100,25 @@ WRONG = """
 sizes: {n: 2}
 parameters: {m: {value: 1, zzz: 1}}
 inputs: {u: {file: a.csv, column: b, zzz: 1}}
-functions: {V: {of: r, zzz: 1}}
+states: {i: {rate: 1, zzz: 1}}
+functions:
+  V: {of: r, zzz: 1}
+  T: {of: r, file: a.csv, column: b, zzz: 1}
 particles: {a: {mass: m, zzz: 1}}
-points: {b: {position: [0, 0, 0], zzz: 1}}
+frames:
+  d1: {at: [0, 0, 1], zzz: 1}
+  d2: {turn: {z: x, zzz: 1}}
+bodies:
+  e0: {mass: 1, inertia: [1, 1, 1], zzz: 1}
+  e1: {mass: 1, inertia: {rod: 1, zzz: 1}}
+  e2: {mass: 1, inertia: {disk: 1, zzz: 1}}
+  e3: {mass: 1, inertia: {sphere: 1, zzz: 1}}
+  e4: {mass: 1, inertia: {cylinder: [1, 1], zzz: 1}}
+  e5: {mass: 1, inertia: {box: [1, 1, 1], zzz: 1}}
+  e6: {mass: 1, inertia: {about: origin, moments: [1, 1, 1], zzz: 1}}
+points:
+  b: {position: [0, 0, 0], zzz: 1}
+  d: {on: d1, at: [0, 0, 0], zzz: 1}
 coordinates: {x: {zzz: 1}}
 definitions: {h: {equals: x, zzz: 1}}
 constraints:
@@ -118,6 +134,7 @@ forces:
   f1: {on: a, force: [1, 0, 0], zzz: 1}
   f2: {drag: 1, on: a, zzz: 1}
   f3: {damper: [a, b], coefficient: 1, zzz: 1}
+  f4: {on: e1, torque: [0, 0, 0], zzz: 1}
 simulate: {zzz: 1}
 expect: {zzz: 1, events: [{name: "contact:c", zzz: 1}], error: {zzz: 1}}
 """
