@@ -144,10 +144,10 @@ def test_an_ensemble_shows_its_members(derivation):
     (reduced,) = shown.said("max(theta1)")
     assert reduced.endswith(", of 2 members")
     (refused,) = shown.said("3")
-    assert refused.startswith("theta1 = 0.2, m1 = -1: refused, ")
+    assert refused.startswith("θ1 = 0.2, m1 = -1: refused, ")
     reasons = np.array([HOSTILE] * 4)
     hostile = Page(replace(ensemble, arrays={**ensemble.arrays, "member/reason": reasons}))
-    assert hostile.said("1") == [f"theta1 = 0.1, m1 = -1: refused, {HOSTILE}"]
+    assert hostile.said("1") == [f"θ1 = 0.1, m1 = -1: refused, {HOSTILE}"]
 
 
 def test_sections_responses_and_linear_systems_are_shown(derivation):
@@ -263,7 +263,7 @@ def test_paths_show_actions_and_starts():
     (table,) = [
         line for line in ReportForm("markdown").written(paths).splitlines() if "minimum" in line
     ]
-    action, *rates = (float(x) for x in re.findall(r"\$([-\d.]+)\$", table)[-3:])
+    action, *rates = (float(x) for x in re.findall(r"([-\d.]+)\$", table)[-3:])
     assert action == pytest.approx(paths.solutions[0].action, rel=1e-6)
     assert rates == pytest.approx([4, 4.905])
 

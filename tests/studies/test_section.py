@@ -323,7 +323,7 @@ def test_a_member_that_cannot_begin_is_named():
         ("theta = 0, dot(phi) > 0", 16, 3, "unknown name 'phi'"),
         ("ddot(theta) = 0", 1, 11, "neither accelerations"),
         ("k = 1", 1, 5, "nothing in this equation"),
-        ("sign(theta) = 0", 1, 15, "jumps"),
+        ("sign(theta) = 0", 1, 15, "a jump leads past zero"),
         ("1/theta = 0", 1, 11, "never holds"),
         ("theta == 0", 7, 2, "'=='"),
         ("theta = ", 9, 1, "found nothing"),

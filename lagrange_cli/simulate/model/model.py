@@ -314,6 +314,7 @@ class Model:
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
         lists += ("steep", "initial_decimals", "driven", "positive", "table_ends", "states")
+        lists += ("surface_names",)
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])
