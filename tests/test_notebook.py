@@ -24,7 +24,7 @@ from lagrange_cli.drawn import Reported
 from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.writers.latex.document import equations_latex
 from lagrange_cli.simulate.ensemble.store.result import Ensemble
-from lagrange_cli.studies.fit.result import Fit
+from lagrange_cli.studies.fit.result import Fit, FitFinding
 from lagrange_cli.studies.linear_motion import LinearMotion
 from lagrange_cli.studies.lyapunov import Lyapunov
 from lagrange_cli.studies.path.result import Paths
@@ -287,7 +287,7 @@ def test_fits_show_values_with_their_errors(tmp_path):
     value, error, start = (float(x.strip(" $")) for x in plain.split("|")[2:5])
     assert value == pytest.approx(fit.values[0].value, rel=1e-6)
     assert (error, start) == (pytest.approx(fit.values[0].error, rel=0.1), 1.0)
-    marred = replace(fit, name=HOSTILE, status="undetermined", reason=HOSTILE)
+    marred = replace(fit, name=HOSTILE, findings=(FitFinding("undetermined", HOSTILE),))
     assert HOSTILE in Page(marred).text
 
 

@@ -13,7 +13,7 @@ from lagrange_cli.cli.terminal.command import Command, heading
 #: Options that take a value, and without which nothing is done or changed: they have no default.
 OFF = {
     *("--initial", "--parameter", "--output", "--plot", "--json"),
-    *("--with", "--bracket", "--junit", "--animate", "--loci"),
+    *("--with", "--bounds", "--bracket", "--junit", "--animate", "--loci"),
     *("--branches", "--lyapunov", "--along", "--response"),
     *("--budget", "--sensitivity", "--section", "--plot-of", "--checkpoint", "--resume"),
     *("--ensemble", "--vary", "--sample", "--members", "--reduce", "--map"),

@@ -134,7 +134,7 @@ def test_missing_initial_state_is_named(pendulum):
         ({"method": "RK45"}, "--rtol 1e-9"),
         ({"rtol": 2.0}, "between 0 and 1"),
         ({"rtol": 1e-6, "atol": -1.0}, "atol must be"),
-        ({"method": "rk54", "rtol": 1e-6}, "did you mean 'RK45'?"),
+        ({"method": "RK455", "rtol": 1e-6}, "did you mean 'RK45'?"),
         ({"method": "leapfrog", "rtol": 1e-6}, "methods: auto, DOP853"),
         ({"method": "RK4"}, "--step"),
         ({"method": "RK4", "step": 5e-324, "samples": 3}, "too small"),
@@ -222,6 +222,7 @@ def test_summary_has_exactly_the_contracts_keys(trajectory):
         "reason",
         "remarks",
         "events",
+        "slides",
         "seconds",
     ]
     assert list(summary["accuracy"]) == ["requested", "estimated", "scales", "exempt"]
