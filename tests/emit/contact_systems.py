@@ -8,6 +8,7 @@ import math
 import numpy as np
 import sympy as sp
 
+from lagrange_cli import loads
 from lagrange_cli.emit.c.constraints import workspace_size
 from lagrange_cli.mechanics.system import Contact, InitialState
 from lagrange_cli.program.emitted_functions import constraint_programs, contact_programs
@@ -133,6 +134,61 @@ def sleigh_at_wall():
     near = contact("near", 2 - x.q, equations.system.coordinates, sp.Rational(1, 3))
     far = contact("far", y.q + sp.sin(3 * systems.T) + theta.q**2, equations.system.coordinates)
     return with_contacts(equations, near, far, name="sleigh_at_wall")
+
+
+#: More states of first order than all arrays of one contact have numbers: what is stored beyond
+#: an array is stored beyond all of them.
+LAGS = """
+states:
+  s1: (dot(z) - s1)/T
+  s2: (s1 - s2)/T
+  s3: (s2 - s3 - z)/T
+  s4: (s3 - s4)/T + sin(t)
+  s5: (s4 - s5)/T
+  s6: (s5 - s6)/T
+"""
+
+BALL_IN_AIR = f"""
+name: ball_in_air
+parameters: {{m: 1, g: 9.81, T: 0.4, k: 0.5, e: 0.7}}
+particles:
+  ball: {{mass: m, position: [0, 0, z]}}
+coordinates: [z]
+constraints: {{floor: {{unilateral: 'z >= 0', restitution: e}}}}
+potentials: {{weight: {{gravity: g}}}}
+{LAGS}
+forces: {{air: {{on: z, force: -k*(s1 + s6)}}}}
+initial: {{z: 1, dot(z): 0, s1: 0, s2: 0, s3: 0, s4: 0, s5: 0, s6: 0}}
+simulate: {{until: 1.2}}
+"""
+
+PENDULUM_IN_AIR = f"""
+name: pendulum_in_air
+parameters: {{m: 1, g: 9.81, T: 0.4, k: 0.5, e: 0.7, l: 1, w: 0.3}}
+particles:
+  bob: {{mass: m, position: [x, 0, z]}}
+coordinates: [x, z]
+constraints:
+  rod: x^2 + z^2 = l^2
+  wall: {{unilateral: w - x >= 0, restitution: e}}
+potentials: {{weight: {{gravity: g}}}}
+{LAGS}
+forces: {{air: {{on: z, force: -k*(s1 + s6)}}}}
+initial: {{x: -0.6, z: -0.8, dot(x): 0, dot(z): 0, s1: 0, s2: 0, s3: 0, s4: 0, s5: 0, s6: 0}}
+simulate: {{until: 1.2}}
+"""
+
+
+def in_air(text):
+    """A system with states of first order beside a contact, of its scene."""
+    return loads(text).derive().equations
+
+
+#: Systems with states of first order.
+IN_AIR = {
+    "ball_in_air": lambda: in_air(BALL_IN_AIR),
+    "pendulum_in_air": lambda: in_air(PENDULUM_IN_AIR),
+}
 
 
 def chain_over_floor(n=16):

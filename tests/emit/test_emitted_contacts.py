@@ -68,7 +68,7 @@ def python_of(equations):
 def states(equations, count=2):
     generator = np.random.default_rng(11)
     for _ in range(count):
-        y = generator.uniform(-1.5, 1.5, 2 * len(equations.system.coordinates))
+        y = generator.uniform(-1.5, 1.5, equations.system.layout.size)
         p = np.float32(generator.uniform(0.5, 2, len(equations.system.parameters))).astype(float)
         yield generator.uniform(0, 2), y, p
 
@@ -81,17 +81,17 @@ SMALL = [name for name in contacts.CASES if name != "chain_over_floor"]
 
 @pytest.mark.slow
 @pytest.mark.compiler
-@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("name", [*SMALL, *contacts.IN_AIR])
 def test_both_languages_are_the_code_of_the_simulation(name, tmp_path):
-    equations = contacts.CASES[name]()
+    equations = {**contacts.CASES, **contacts.IN_AIR}[name]()
     compiled, module = Moded(equations, tmp_path), python_of(equations)
     simulated = contacts.Interpreted(equations)
-    n, u = len(equations.system.coordinates), len(equations.system.contacts)
+    size_of_state, u = equations.system.layout.size, len(equations.system.contacts)
     positions = sum(k.kind == "position" for k in equations.system.closures)
     assert compiled.macro("CONTACTS") == u == len(module.CONTACTS)
     m = compiled.macro("MULTIPLIERS")
     assert m == len(equations.system.multipliers) == len(module.MULTIPLIERS)
-    sizes = {"rhs": 2 * n, "multipliers": m, "events": u}
+    sizes = {"rhs": size_of_state, "multipliers": m, "events": u}
     sizes["constraints"] = compiled.macro("CONSTRAINTS")
     assert sizes["constraints"] == positions + u + m == len(module.RESIDUALS)
     for t, y, p in states(equations):
@@ -112,15 +112,28 @@ def test_both_languages_are_the_code_of_the_simulation(name, tmp_path):
                 found = getattr(module, function)(t, y, p, mode=mode)
                 within = ILL_CONDITIONED.get(name, 1e-12)
                 assert np.abs(found - expected).max() <= within * np.abs(expected).max()
-        assert compiled.moded("rhs", t, y, p, None, 2 * n)[0] == 0
+        assert compiled.moded("rhs", t, y, p, None, size_of_state)[0] == 0
         flight = simulated("rhs", t, y, p, [0.0] * u)
         assert module.rhs(t, y, p) == pytest.approx(flight, rel=1e-12, abs=1e-12)
 
 
 def test_wrong_modes_are_refused():
     module = python_of(contacts.ladder())
-    with pytest.raises(IndexError, match="index out of range"):
-        module.events(0.0, np.ones(6), mode=(1,))
+    for mode in ((1,), (1, 0, 0)):
+        for function in (module.events, module.reset):
+            with pytest.raises(ValueError, match=f"as CONTACTS, 2, not {len(mode)}"):
+                function(0.0, np.ones(6), mode=mode)
+
+
+def test_events_of_many_states_are_those_of_each():
+    module = python_of(contacts.ladder())
+    columns = np.random.default_rng(5).uniform(-1, 1, (6, 4))
+    columns[0, 1] = np.nan
+    for mode in product((0, 1), repeat=2):
+        found = module.events(0.3, columns, mode=mode)
+        each = [module.events(0.3, y, mode=mode) for y in columns.T]
+        assert np.isnan(found).all(axis=0).tolist() == [False, True, False, False]
+        assert found == pytest.approx(np.transpose(each), rel=1e-12, nan_ok=True)
 
 
 @pytest.mark.slow

@@ -9,6 +9,8 @@ import sys
 import pytest
 
 from lagrange_cli import loads
+from tests.emit import contact_systems as contacts
+from tests.emit.emitted_c import compiler, run, write
 
 pytestmark = pytest.mark.slow
 
@@ -49,3 +51,13 @@ def test_programs_bounce_as_the_simulation_does(tmp_path):
     words = [cc, "-O1", "-Wall", "-Werror", "ball_with_motor.c", "-o", "ball", "-lm"]
     subprocess.run(words, cwd=tmp_path, check=True)
     assert last_row("./ball", folder=tmp_path) == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("name", list(contacts.IN_AIR))
+def test_impacts_stay_within_their_arrays(name, tmp_path):
+    source = write(contacts.IN_AIR[name](), tmp_path, main=True)
+    sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")
+    done = subprocess.run([tmp_path / "a.out"], capture_output=True, text=True, check=True)
+    assert "contact:" in done.stderr

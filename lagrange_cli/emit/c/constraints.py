@@ -78,8 +78,9 @@ def _reset(programs: Mapping[str, Program], target: CTarget) -> str:
 
 
 def _arrays(programs: Mapping[str, Program]) -> dict[str, int]:
-    n, c, m = programs["gaps"].coordinates, _contacts(programs), _multipliers(programs)
-    return reset_arrays(n, 2 * n, c, m)
+    flight = programs["flight_rhs" if "flight_rhs" in programs else "rhs"]
+    c, m = _contacts(programs), _multipliers(programs)
+    return reset_arrays(flight.coordinates, flight.layout.size, c, m)
 
 
 def impact_workspace_size(programs: Mapping[str, Program]) -> int:

@@ -272,6 +272,7 @@ def _script(language: JavaScript) -> str:
         "@Y@": "y" if contacts is None else "({ y, mode }",
         "@MORE@": "" if contacts is None else ", mode, largest, report)",
         "@SIZE@": str(interface.layout.size),
+        "@N@": str(len(interface.coordinates)),
         "@STATES@": _STATES if interface.states else "",
         "@C@": str(0 if contacts is None else contacts.count),
         "@TWICE@": str(0 if contacts is None else 2 * contacts.count),

@@ -387,6 +387,7 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
         "@MORE@": ", mode, largest" if contacts else "",
         "@STATES@": ", f.states" if interface.states else "",
         "@SIZE@": str(interface.layout.size),
+        "@N@": str(len(interface.coordinates)),
         "@C@": str(contacts.count if contacts else 0),
         "@TWICE@": str(2 * contacts.count if contacts else 0),
         **SCRIPT_TOKENS,

@@ -20,11 +20,13 @@ from tests.systems.shipped import derived
 
 pytestmark = [pytest.mark.slow, pytest.mark.compiler]
 
-#: Systems of every kind: free, driven by time, beside closures, with pushes that are guessed.
+#: Systems of every kind: free, driven by time, beside closures, with pushes that are guessed, with
+#: states of first order.
 SYSTEMS = {
     **{name: contacts.CASES[name] for name in ("bouncing_ball", "ladder", "moving_walls")},
     **{name: contacts.CASES[name] for name in ("pendulum_at_wall", "sleigh_at_wall")},
     "balls": lambda: contacts.balls(10),
+    **contacts.IN_AIR,
 }
 
 #: Modes of a system that are compared: those with many contacts are a slice.
@@ -36,9 +38,10 @@ def calls_of(name, equations):
     simulated = contacts.Interpreted(equations)
     generator, c = np.random.default_rng(3), len(equations.system.contacts)
     n, parameters = len(equations.system.coordinates), contacts.defaults(equations)
+    size = equations.system.layout.size
     modes = list(product((0, 1), repeat=c))
     for k in range(2):
-        y = generator.uniform(-1, 1, 2 * n)
+        y = generator.uniform(-1, 1, size)
         t, p = float(generator.uniform(0, 2)), parameters * generator.uniform(0.9, 1.1)
         y[:n] = np.sort(y[:n]) if name == "balls" else y[:n]
         for mode in modes[:: max(1, len(modes) // MOST_MODES)]:
@@ -55,7 +58,7 @@ def calls_of(name, equations):
                 yield Call("project", *given, tuple(found), (), mode)
             event, bounce = int(generator.integers(-1, c)), float(k)
             after = simulated.reset(t, y, p, flags, event, bounce)
-            found = np.full(2 * n + c, np.nan) if after is None else np.concatenate(after)
+            found = np.full(size + c, np.nan) if after is None else np.concatenate(after)
             yield Call("reset", *given, tuple(found), (), mode, (event + 1.0, bounce))
 
 
@@ -80,16 +83,21 @@ def test_functions_in_a_mode_are_those_of_the_interpreter(driver, tmp_path):
 
 
 #: Scene → part of its run that is followed: rounding grows from bounce to bounce.
-RUNS = {"bouncing_ball": 1.0, "dropped_rod": 1.0, "ball_on_vibrating_table": 0.3}
+RUNS = {
+    "bouncing_ball": 1.0,
+    "dropped_rod": 1.0,
+    "ball_on_vibrating_table": 0.3,
+    **dict.fromkeys(contacts.IN_AIR, 1.0),
+}
 
 
 @every_language
 @pytest.mark.parametrize("name", RUNS)
 def test_scripts_follow_events_as_c_does(driver, name, tmp_path):
     driver.require()
-    if driver.is_slow and name != "dropped_rod":
-        pytest.skip("one run shows it")
-    equations = derived(name)
+    if driver.is_slow and name not in ("dropped_rod", "ball_in_air"):
+        pytest.skip("two runs show it")
+    equations = contacts.IN_AIR[name]() if name in contacts.IN_AIR else derived(name)
     start, end = equations.system.simulate.start, equations.system.simulate.until
     words = [f"until={start + RUNS[name] * (end - start)!r}", "steps=2"]
     run("gcc", "-O1", write(equations, tmp_path, main=True), "-o", tmp_path / "run", "-lm")
@@ -116,9 +124,11 @@ def test_scripts_follow_events_as_c_does(driver, name, tmp_path):
 @every_language
 def test_runs_back_in_time_and_starts_below_a_floor_are_refused(driver, tmp_path):
     driver.require()
-    module = driver.emitted(derived("bouncing_ball"), tmp_path / "module")
-    for word, message in (("until=-1", "back in time"), ("z=-1", "violates floor by 1")):
-        command = driver.script(module, [word])
+    module = driver.emitted(contacts.in_air(contacts.BALL_IN_AIR), tmp_path / "module")
+    # Velocities and states are no measure of a gap.
+    below = ["z=-1", "dot(z)=1e12", "s1=1e12"]
+    for words, message in ((["until=-1"], "back in time"), (below, "violates floor by 1")):
+        command = driver.script(module, words)
         done = subprocess.run(command, capture_output=True, text=True, cwd=module.folder)
         assert (done.returncode, done.stdout) == (1, "")
         assert message in done.stderr.replace("1.000e0", "1")

@@ -758,7 +758,8 @@ def advance(n, c, motion, t, h, mode, y, start, before, values, largest, taken):
 
 
 class _Contacts:
-    """Functions of contacts at one time: each stores its results and tells whether they are finite.
+    """Functions of contacts at one time: each stores its results and tells whether they are finite,
+    those of one state at least.
     """
 
     def __init__(self, t, *given):
@@ -766,7 +767,7 @@ class _Contacts:
 
     def stored(self, results, function, y, *mode):
         results[:] = function(self.t, y, *self.given, *mode)
-        return np.isfinite(results).all()
+        return np.isfinite(results).all(axis=0).any()
 
     def gaps(self, y, results):
         return self.stored(results, _gaps, y)
@@ -784,11 +785,19 @@ class _Contacts:
         return self.stored(results, multipliers, y, mode[:1])
 
 
+def _flags(mode):
+    """Flags of closed contacts, with places for targets behind them."""
+    if len(mode) != 1:
+        raise ValueError(f"a mode has as many numbers as CONTACTS, 1, not {len(mode)}")
+    return np.array([*mode, *1*[0]], dtype=float)
+
+
 def events(t, y, p=DEFAULTS, mode=FLIGHT):
     """What falls through zero at events: multipliers of closed contacts, gaps of open ones."""
-    out = np.full(1, np.nan)
-    falling(1, 0, _Contacts(t, p), y, mode, out, np.empty(2), np.empty(1))
-    return out
+    out, gap, force = (np.zeros((k, *y.shape[1:])) for k in (1, 2, 1))
+    falling(1, 0, _Contacts(t, p), y, _flags(mode), out, gap, force)
+    known = np.isfinite(gap).all(axis=0) & np.isfinite(force).all(axis=0)
+    return np.where(known, out, np.nan)
 
 
 def reset(t, y, p=DEFAULTS, mode=FLIGHT, event=-1, bounce=1.0):
@@ -797,7 +806,7 @@ def reset(t, y, p=DEFAULTS, mode=FLIGHT, event=-1, bounce=1.0):
     What closes takes an impact, by Newton's law with impulses that only push (bounce=0.0: without
     restitution, to end a sequence of ever shorter bounces).
     """
-    y, flags = np.array(y, dtype=float), np.array([*mode, *1*[0]], dtype=float)
+    y, flags = np.array(y, dtype=float), _flags(mode)
     arrays = map(np.zeros, (2, 5, 1, 1, 1, 1, 1, 1, 1, 1, 2, 4, 1, 1, 1))
     late, event = 1.4210854715202004e-14*abs(t), event if event >= 0 else 1
     with np.errstate(all="ignore"):
