@@ -329,7 +329,7 @@ class FrequencyResponse(Reported):
     low, high
         Lowest and highest angular frequency.
     inputs, outputs
-        Names.
+        Names; rates of inputs are none of them, G holds what they do.
     frequencies
         Angular frequencies, ascending, shape (m,); closer where a pole is near.
     gains

@@ -150,7 +150,8 @@ def frequency_response(
         raise InputError(Problem("the scene has no inputs", hint=hint, rule="response"))
     linear = analyze(derived, "linearization", at=at).linearization
     assert linear is not None
-    return frequency_response(linear.state_space, low, high)
+    orders = [u.order for u in derived.equations.system.inputs]
+    return frequency_response(linear.state_space, low, high, orders)
 
 
 def plot_response(

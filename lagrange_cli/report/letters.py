@@ -52,8 +52,9 @@ class Letters(ABC):
 
     def scene_name(self, name: str) -> str:
         """Return a name by which results have a value: ``x``, or ``dot(x)`` for its rate."""
-        if name.startswith("dot("):
-            return self.symbol(name[4:-1], 1)
+        for order, opening in enumerate(("dot(", "ddot("), 1):
+            if name.startswith(opening):
+                return self.symbol(name[len(opening) : -1], order)
         return self.named(name) if "(" in name else self.symbol(name)
 
     @abstractmethod

@@ -79,6 +79,32 @@ def test_a_damped_oscillator_has_its_closed_form():
     assert (found.settles, found.error < 1e-12) == ("yes", True)
 
 
+#: A body on a spring and a damper above a road, seen from the road: an input with two rates.
+ROAD = """
+name: road
+parameters: {m: 2, k: 8, c: 0.4}
+inputs: [w]
+particles: {p: {mass: m, position: [0, 0, w + z]}}
+coordinates: [z]
+potentials: {V: k/2*z^2}
+dissipation: {drag: c/2*dot(z)^2}
+outputs: {above: z, height: z + w, speed: dot(z + w)}
+initial: {z: 0}
+"""
+
+
+def test_rates_of_an_input_count_with_it():
+    """m z̈ + c ż + k z = −m ẅ, so that Z = m ω² W/(k − m ω² + i c ω)."""
+    found = responses(ROAD)
+    assert found.inputs == ("w",)
+    assert [channel.source for channel in found.channels] == ["w"] * 3
+    assert [channel.static for channel in found.channels] == pytest.approx([0, 1, 0], abs=1e-14)
+    w = found.frequencies
+    above = 2 * w**2 / (8 - 2 * w**2 + 0.4j * w)
+    exact = np.stack([above, 1 + above, 1j * w * (1 + above)], axis=1)
+    assert found.gains[:, :, 0] == pytest.approx(exact, rel=1e-12 + found.error)
+
+
 def test_a_narrow_resonance_is_not_stepped_over():
     found = responses(OSCILLATOR.format(k=8, c=4e-6), 1.0, 1000.0)
     assert found.channels[0].peaks[0].gain == pytest.approx(1 / (4e-6 * 2), rel=1e-6)

@@ -110,6 +110,11 @@ def test_conditions_and_conserved_quantities_are_said():
     assert r"P_{x} & = m_{1} \dot{x}_{1} + m_{2} \dot{x}_{2}" in text
 
 
+def test_rates_of_inputs_have_dots() -> None:
+    (text,) = analysis("pendulums/hoist", "linearization").emit("latex").values()
+    assert r"(l, \dot{l}, \ddot{l})" in text
+
+
 def test_steady_motions_have_rates_or_momenta():
     found = analysis("lecture/masses_through_hole", at={"dot(theta)": 3}, steady=True)
     (text,) = found.emit("markdown").values()

@@ -1,5 +1,7 @@
 """Frequency responses G(iω) = C (iω − A)⁻¹ B + D of a linear system of first order.
 
+Rates of an input are that input times iω and (iω)²: B is B₀ + iω B₁ − ω² B₂, and so is D.
+
 A is balanced by powers of two; each value is one backward stable solution, with the rounding bound
 |L| |s − A| |R| of its left and right solutions L and R (N. J. Higham, Accuracy and Stability of
 Numerical Algorithms, 2nd ed., 2002, ch. 7). The bound holds also the rounding of the matrices to
@@ -11,7 +13,7 @@ told where values beside them are smaller by more than the bounds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -47,18 +49,24 @@ _CIRCLE = 64
 _EPSILON = float(np.finfo(float).eps)
 
 
-def frequency_response(space: StateSpace, low: float, high: float) -> FrequencyResponse:
+def frequency_response(
+    space: StateSpace, low: float, high: float, orders: Sequence[int]
+) -> FrequencyResponse:
     """Compute the responses between two positive angular frequencies.
 
     Parameters
     ----------
     space
         The linear system, with one input at least.
+    orders
+        For each of its inputs 0, or 1 and 2 for the rates of the input before.
     """
-    system = _System(space)
+    system = _System(space, orders)
+    sources = tuple(u for u, order in zip(space.inputs, orders, strict=True) if order == 0)
     frequencies = _frequencies(system, low, high)
     gains, bounds = _responses(system, frequencies)
-    channels = tuple(_channels(system, space, _Curves(frequencies, gains, bounds)))
+    names = sources, space.outputs
+    channels = tuple(_channels(system, names, _Curves(frequencies, gains, bounds)))
     # The relative error of a gain that vanishes is not defined.
     seen = np.abs(gains) > bounds
     worst = float((bounds[seen] / np.abs(gains[seen])).max(initial=0.0))
@@ -66,7 +74,7 @@ def frequency_response(space: StateSpace, low: float, high: float) -> FrequencyR
     return FrequencyResponse(
         low,
         high,
-        space.inputs,
+        sources,
         space.outputs,
         frequencies,
         shown,
@@ -114,10 +122,12 @@ class _Curves:
 class _System:
     """A balanced linear system, with its poles on the imaginary axis."""
 
-    def __init__(self, space: StateSpace) -> None:
+    def __init__(self, space: StateSpace, orders: Sequence[int]) -> None:
         balanced, scaling = matrix_balance(space.a, permute=False)
         inverse = np.diag(1 / np.diag(scaling))
-        self.a, self.b, self.c, self.d = balanced, inverse @ space.b, space.c @ scaling, space.d
+        self.a, self.c = balanced, space.c @ scaling
+        self.b, self.d = (_by_powers(m, orders) for m in (inverse @ space.b, space.d))
+        self.shape = self.d.shape[1:]
         self.poles: Complexes = np.linalg.eigvals(balanced).astype(complex)
         self.size = float(np.abs(self.poles).max(initial=0.0))
         self.zero = self._zero_limit()
@@ -126,11 +136,14 @@ class _System:
     def at(self, place: complex) -> tuple[Complexes, Matrix]:
         """Return G at a complex frequency s, and a bound of its rounding error."""
         matrix = place * np.eye(len(self.a)) - self.a
-        right = np.linalg.solve(matrix, self.b.astype(complex))
+        powers = place ** np.arange(len(self.b))
+        b, d = (np.tensordot(powers, m, 1).astype(complex) for m in (self.b, self.d))
+        size_b, size_d = (np.tensordot(np.abs(powers), np.abs(m), 1) for m in (self.b, self.d))
+        right = np.linalg.solve(matrix, b)
         left = np.linalg.solve(matrix.T, self.c.T.astype(complex)).T
-        gain: Complexes = np.asarray(self.c @ right + self.d, dtype=complex)
-        size = np.abs(left) @ (np.abs(matrix) @ np.abs(right) + np.abs(self.b))
-        size += np.abs(self.c) @ np.abs(right) + np.abs(self.d)
+        gain: Complexes = np.asarray(self.c @ right + d, dtype=complex)
+        size = np.abs(left) @ (np.abs(matrix) @ np.abs(right) + size_b)
+        size += np.abs(self.c) @ np.abs(right) + size_d
         return gain, max(1, len(matrix)) * _EPSILON * size
 
     # -- poles on the axis ----------------------------------------------------------------
@@ -156,7 +169,7 @@ class _System:
     def _infinite(self, frequency: float, within: float) -> Matrix:
         """Say for which pairs of output and input the poles near iω make the gain infinite."""
         inside = int((np.abs(self.poles - 1j * frequency) <= within).sum())
-        infinite = np.zeros(self.d.shape, dtype=bool)
+        infinite = np.zeros(self.shape, dtype=bool)
         for power in range(1, inside + 1):
             coefficient, bound = self._laurent(frequency, within, -power)
             infinite |= np.abs(coefficient) > bound
@@ -170,7 +183,7 @@ class _System:
         distances = np.abs(self.poles - 1j * frequency)
         next_one = distances[distances > within].min(initial=np.inf)
         radius = next_one / 2 if np.isfinite(next_one) else max(1.0, self.size)
-        total, bound = np.zeros(self.d.shape, dtype=complex), np.zeros(self.d.shape)
+        total, bound = np.zeros(self.shape, dtype=complex), np.zeros(self.shape)
         for turn in np.exp(2j * np.pi * (np.arange(_CIRCLE) + 0.5) / _CIRCLE):
             gain, error = self.at(1j * frequency + radius * turn)
             total += gain * turn**-power
@@ -185,6 +198,16 @@ class _System:
         """
         gain, bound = self._laurent(0.0, self.zero, 0) if self.zero else self.at(0.0)
         return np.where(np.abs(gain) > bound, gain, 0.0)
+
+
+def _by_powers(matrix: Matrix, orders: Sequence[int]) -> Matrix:
+    """Gather the columns of inputs and of their rates by order, shape (orders, rows, inputs)."""
+    gathered = np.zeros((max(orders) + 1, len(matrix), list(orders).count(0)))
+    source = -1
+    for column, order in zip(matrix.T, orders, strict=True):
+        source += order == 0
+        gathered[order, :, source] = column
+    return gathered
 
 
 def _frequencies(system: _System, low: float, high: float) -> Matrix:
@@ -202,7 +225,7 @@ def _frequencies(system: _System, low: float, high: float) -> Matrix:
 
 def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, Matrix]:
     """Return gains, not a number at undamped poles, with bounds of their rounding errors."""
-    shape = len(frequencies), *system.d.shape
+    shape = len(frequencies), *system.shape
     gains, bounds = np.full(shape, np.nan, dtype=complex), np.full(shape, np.inf)
     undamped = {part.frequency for part in system.axis if part.infinite.any()}
     for k, w in enumerate(frequencies.tolist()):
@@ -215,11 +238,15 @@ def _responses(system: _System, frequencies: Matrix) -> tuple[Complexes, Matrix]
     return gains, bounds
 
 
-def _channels(system: _System, space: StateSpace, curves: _Curves) -> Iterator[Channel]:
+def _channels(
+    system: _System, names: tuple[tuple[str, ...], tuple[str, ...]], curves: _Curves
+) -> Iterator[Channel]:
+    """``names``: of inputs and of outputs."""
     static = system.static()
     at_zero = next((p.infinite for p in system.axis if p.frequency == 0), np.zeros(static.shape))
-    for i, output in enumerate(space.outputs):
-        for j, source in enumerate(space.inputs):
+    sources, outputs = names
+    for i, output in enumerate(outputs):
+        for j, source in enumerate(sources):
             if not (np.abs(curves.gains[:, i, j]) > curves.bounds[:, i, j]).any():
                 continue
             static_gain = None if at_zero[i, j] else float(static[i, j].real)

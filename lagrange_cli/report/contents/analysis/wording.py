@@ -30,12 +30,15 @@ def inlined(formulas: Iterable[Label]) -> Listed:
 
 def values_of(inputs: Iterable[tuple[str, float]]) -> Listed:
     """``u = 1, v = 2``."""
-    return inlined(symbol(name) + " = " + numeral(x) for name, x in inputs)
+    return inlined(state(name) + " = " + numeral(x) for name, x in inputs)
 
 
 def state(name: str) -> Label:
-    """Return the symbol of a state, ``dot(x)`` with its dot."""
-    return symbol(name[4:-1], 1) if name.startswith("dot(") else symbol(name)
+    """Return the symbol of a state or an input, ``dot(x)`` and ``ddot(x)`` with their dots."""
+    for order, opening in enumerate(("dot(", "ddot("), 1):
+        if name.startswith(opening):
+            return symbol(name[len(opening) : -1], order)
+    return symbol(name)
 
 
 def sentence(text: Text) -> Paragraph:
