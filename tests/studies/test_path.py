@@ -254,7 +254,7 @@ def test_files_say_what_was_found(tmp_path):
 REFUSED = {
     "there is dissipation": OSCILLATOR + "dissipation: {rub: dot(x)^2}\n",
     "the force 'push' has no potential": OSCILLATOR + "forces: {push: {on: a, force: [1, 0, 0]}}\n",
-    "change by jumps": OSCILLATOR.replace("x^2/2", "abs(x)"),
+    "have kinks or jumps": OSCILLATOR.replace("x^2/2", "abs(x)"),
 }
 
 

@@ -199,7 +199,7 @@ def _require_smooth(equations: Equations, model: Model) -> None:
         reason = "constraints are kept beside the coordinates"
         hint = "--formulation minimal, where there is one"
     elif equations.system.contacts or model.surfaces:
-        reason = "forces of contacts, abs, sign, min or max make it change by jumps"
+        reason = "contacts, or kinks and jumps of the forces, make it change by jumps"
     if reason:
         message = f"the motion's derivatives are not found where {reason}"
         raise InputError(Problem(message, hint=hint, rule="sensitivity"))

@@ -66,8 +66,8 @@ def require_smooth(model: Model) -> None:
     """
     if model.surfaces:
         message = (
-            f"no path of stationary action for '{model.name}': forces with abs, sign, min or max"
-            " change by jumps, across which paths are not varied"
+            f"no path of stationary action for '{model.name}': its forces have kinks or jumps,"
+            " across which paths are not varied"
         )
         raise InputError(Problem(message, rule="path"))
 

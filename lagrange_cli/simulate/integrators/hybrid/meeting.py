@@ -43,21 +43,21 @@ _PROPORTIONAL = 1e-9
 
 #: Why it is not known how a motion goes on.
 AMBIGUOUS = Phrase(
-    "the motion from there is not unique: abs, sign, min or max has a kink there that pushes"
-    " the motion away to both sides"
+    "the motion from there is not unique: a kink or a jump of the forces pushes it away to both"
+    " sides"
 )
-UNSETTLED = Phrase("what follows at a kink of abs, sign, min or max cannot be determined")
+UNSETTLED = Phrase("what follows at a kink or a jump of the forces cannot be determined")
 TOO_MANY_AT_ONCE = Phrase(
-    "more kinks of abs, sign, min or max meet there than can be told apart, {most}",
+    "more kinks and jumps of the forces meet there than can be told apart, {most}",
     most=f"{_MOST_AT_ONCE}",
 )
 NOT_ONE_COMBINATION = Phrase(
-    "the motion would slide along several kinks of abs, sign, min or max at once, and which"
-    " combination of their sides holds it there is not determined"
+    "the motion would slide along several jumps of the forces at once, and which combination of"
+    " their sides holds it there is not determined"
 )
 MAY_SPIRAL = Phrase(
-    "the motion would slide along several kinks of abs, sign, min or max at once, and it is not"
-    " certain that it cannot leave them in a spiral"
+    "the motion would slide along several jumps of the forces at once, and it is not certain that"
+    " it cannot leave them in a spiral"
 )
 
 

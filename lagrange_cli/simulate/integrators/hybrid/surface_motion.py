@@ -58,10 +58,10 @@ _MOST_CROSSINGS = 250_000
 _JUMP = 1e-9
 
 #: Why a motion cannot be continued.
-CROWDED = Phrase("kinks of abs, sign, min or max are crossed without end")
+CROWDED = Phrase("kinks or jumps of the forces are crossed without end")
 IMPULSIVE = Phrase(
-    "energy or momentum jumps where abs, sign, min or max does, so that an impulse acts that the"
-    " equations do not hold"
+    "energy or momentum jumps where an expression of the scene does, so that an impulse acts that"
+    " the equations do not hold"
 )
 
 
