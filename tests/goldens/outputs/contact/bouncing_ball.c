@@ -2,7 +2,7 @@
 
 #include "bouncing_ball.h"
 
-#if bouncing_ball_EMISSION != 0x49801af3UL
+#if bouncing_ball_EMISSION != 0x8c278f21UL
 #error "bouncing_ball.c and bouncing_ball.h are not of one emission: emit both once more"
 #endif
 

@@ -51,7 +51,7 @@ extern "C" {
 #define bouncing_ball_MULTIPLIERS 1
 #define bouncing_ball_CONSTRAINTS 2
 #define bouncing_ball_POSITIONS 1
-#define bouncing_ball_EMISSION 0x49801af3UL
+#define bouncing_ball_EMISSION 0x8c278f21UL
 #define bouncing_ball_WORK 40
 
 typedef struct bouncing_ball_params {
@@ -99,7 +99,8 @@ int bouncing_ball_constraints(double t, const double *y, const double *u, const 
 int bouncing_ball_project(double t, double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work);
 
 /* out[k]: falls through zero where contact k opens or closes: its multiplier
- * where it is closed, its gap where it is open. */
+ * where it is closed, its gap where it is open. Returns 1 in a singular
+ * configuration or if a number is not finite. */
 int bouncing_ball_events(double t, const double *y, const double *u, const bouncing_ball_params *p, const int *mode, double *work, double *out);
 
 /*
