@@ -25,9 +25,8 @@ from lagrange_cli.mechanics.kinks import Cases
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
 
-#: Terms that one position component may be multiplied out to; a longer one is differentiated as it
-#: stands. Not tuned.
-_TERM_BUDGET = 200
+#: The default budget of :class:`Kinematics`. Not tuned.
+POSITION_TERMS = 200
 
 
 #: Most derivatives that are kept, so that common parts of expressions are differentiated once.
@@ -126,6 +125,9 @@ class Kinematics:
         Symbol of a component → r(q, t).
     q, v, t
         Symbols of coordinates, velocities and time.
+    budget
+        Terms that one position component, or a derivative of one, may be multiplied out to; a
+        longer one is differentiated as it stands.
     """
 
     def __init__(
@@ -134,9 +136,11 @@ class Kinematics:
         q: Sequence[sp.Symbol],
         v: Sequence[sp.Symbol],
         t: sp.Symbol,
+        budget: int = POSITION_TERMS,
     ) -> None:
         self._positions = positions
         self._t = t
+        self._budget = budget
         self._v = dict(zip(q, v, strict=True))
         self._number = {symbol: j for j, symbol in enumerate(q)}
         self._gradients: dict[sp.Expr, dict[sp.Symbol, list[sp.Expr]]] = {}
@@ -144,12 +148,14 @@ class Kinematics:
 
     def _terms(self, symbol: sp.Symbol) -> Sequence[sp.Expr]:
         position = self._positions[symbol]
-        return expand_terms(position, _TERM_BUDGET) or sp.Add.make_args(position)
+        return expand_terms(position, self._budget) or sp.Add.make_args(position)
 
     def _gradient(self, term: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
         """Differentiate a term: symbol → terms of ∂term/∂q or ∂term/∂t, zero ones absent."""
         if term not in self._gradients:
-            self._gradients[term] = {s: _parts(derivative(term, s)) for s in self._variables(term)}
+            self._gradients[term] = {
+                s: self._parts(derivative(term, s)) for s in self._variables(term)
+            }
         return self._gradients[term]
 
     def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
@@ -193,8 +199,7 @@ class Kinematics:
     def _rate(self, symbol: sp.Symbol) -> sp.Expr:
         return sp.Integer(1) if symbol == self._t else self._v[symbol]
 
-
-def _parts(expr: sp.Expr) -> list[sp.Expr]:
-    if expr == 0:
-        return []
-    return expand_terms(expr, _TERM_BUDGET) or list(sp.Add.make_args(expr))
+    def _parts(self, expr: sp.Expr) -> list[sp.Expr]:
+        if expr == 0:
+            return []
+        return expand_terms(expr, self._budget) or list(sp.Add.make_args(expr))

@@ -8,6 +8,7 @@ written: a result is always equal to its argument, and perhaps shorter.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
@@ -31,6 +32,11 @@ _UNKNOWNS = 24
 _SURDS = 6
 #: Factored forms that are kept: several ways to write a sum try the same parts.
 _KEPT = 2**12
+#: Counts of terms that are kept: expressions of a long chain of frames share most of their parts,
+#: and a walk over each occurrence takes a time exponential in the length of the chain.
+_COUNTED = 2**16
+#: Expressions that may have several terms.
+_COMPOUND = (sp.Add, sp.Mul, sp.Pow)
 #: Highest power of an unknown.
 _DEGREE = 128
 
@@ -56,14 +62,16 @@ def expand_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
 
 def term_count(expr: sp.Expr) -> int:
     """Count the terms that products and powers of sums would expand to."""
+    return _term_count(expr) if isinstance(expr, _COMPOUND) else 1
+
+
+@lru_cache(maxsize=_COUNTED)
+def _term_count(expr: sp.Expr) -> int:
     if expr.is_Add:
-        return sum(term_count(a) for a in expr.args)
+        return sum(map(term_count, expr.args))
     if expr.is_Mul:
-        product = 1
-        for a in expr.args:
-            product *= term_count(a)
-        return product
-    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
+        return math.prod(map(term_count, expr.args))
+    if expr.exp.is_Integer and expr.exp.is_positive:
         return int(term_count(expr.base) ** min(int(expr.exp), 64))
     return 1
 

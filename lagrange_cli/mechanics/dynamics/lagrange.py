@@ -28,10 +28,10 @@ from lagrange_cli.mechanics.algebra.collect import (
     TermSum,
     python_rational,
 )
-from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
+from lagrange_cli.mechanics.algebra.derivatives import POSITION_TERMS, Kinematics, derivative
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.identities import Weights
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
 from lagrange_cli.mechanics.algebra.rate_sums import RateSum, rate_sums
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.algebra.substitution import Element
@@ -48,7 +48,7 @@ from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.symbols.written_sums import written_sums
 from lagrange_cli.mechanics.system import BodyForce, Closure, Contact
-from lagrange_cli.scene.bodies import bodies_of
+from lagrange_cli.scene.bodies import Body, bodies_of
 from lagrange_cli.scene.model import Force
 
 _Entry = TypeVar("_Entry")
@@ -62,6 +62,10 @@ _PLAIN_JACOBIANS = 8
 
 #: Terms that one factor of a force may be multiplied out to.
 _TERM_BUDGET = 200
+
+#: Terms of the longest position of a body that is multiplied out. A spatial chain of six bodies has
+#: 20, and is the longest whose equations are collected within :data:`MOST_COLLECTED_PRODUCTS`.
+_CHAIN_TERMS = 25
 
 
 @dataclass(frozen=True)
@@ -153,7 +157,9 @@ class _Builder:
         self.t = reduced.names.t
         self.n = len(self.q)
         self.number = {q: j for j, q in enumerate(self.q)}
-        self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t)
+        self._is_chain = _has_long_chain(reduced)
+        budget = 1 if self._is_chain else POSITION_TERMS
+        self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t, budget)
         self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
         self.splitter = Splitter(self.masses)
         self.sums = written_sums(
@@ -238,7 +244,7 @@ class _Builder:
         gathered = recurring_products(self._moving_components(factored=False))
         is_plain = all(len(a) == 1 for row in self.jacobians.values() for a in row.values())
         limit = MOST_COLLECTED_PRODUCTS * (_PLAIN_JACOBIANS if is_plain else 1)
-        fits = gathered.number <= limit
+        fits = gathered.number <= limit and not self._is_chain
         if not fits:
             gathered = recurring_products(self._moving_components(factored=True))
         for row, column, a, b, carried in gathered:
@@ -388,6 +394,21 @@ class _Builder:
             return ()
         expanded = expand_terms(expr, self._budget)
         return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
+
+
+def _has_long_chain(reduced: Reduced) -> bool:
+    """Tell whether a body stands on so many frames that its position stays factored.
+
+    Multiplied out, its terms double with every joint or two; as they stand, they share the axes of
+    the frames below them.
+    """
+    symbols = reduced.names.particle_symbols
+    return any(
+        term_count(reduced.resolved[s]) > _CHAIN_TERMS
+        for particle, centre in zip(reduced.scene.particles, symbols, strict=True)
+        if isinstance(particle, Body) and not particle.planar
+        for s in centre
+    )
 
 
 def _spins_in_brackets(reduced: Reduced) -> list[sp.Expr]:

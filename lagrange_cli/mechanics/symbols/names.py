@@ -41,6 +41,10 @@ _AXES = ("x", "y", "z")
 #: take some ten seconds; those of shipped scenes have up to 261.
 _LONGEST = 20_000
 
+#: Most nodes of what frames imply, counted likewise, though the axes of frames below are shared:
+#: of a spatial chain of 16 joints, whose equations take half a minute and twice that for two more.
+_LONGEST_CHAIN = 100_000
+
 #: Parts of the longest shape of a syntax tree whose conversion is kept.
 _LONGEST_SHAPE = 200
 
@@ -236,31 +240,45 @@ class Names:
 
         Each of twenty definitions that names the one before it twice doubles it.
         """
-        if self._length(expression) > _LONGEST:
-            raise InputError(
-                Problem(
-                    "with definitions in place of their names, this has more than"
-                    f" {_LONGEST} numbers, names and operations",
-                    expression.mark(),
-                    rule="too-large",
-                )
+        implied = isinstance(expression, ComposedExpression)
+        if self._length(expression) <= (_LONGEST_CHAIN if implied else _LONGEST):
+            return
+        if implied:
+            fault = (
+                f"this chain of frames is too long: with those below put in, {expression.text} has"
+                f" more than {_LONGEST_CHAIN} numbers, names and operations"
             )
+            hint = (
+                "every joint about another axis makes positions longer by half or more; chains in"
+                " a plane do not grow so"
+            )
+        else:
+            fault = (
+                f"with definitions in place of their names, this has more than {_LONGEST} numbers,"
+                " names and operations"
+            )
+            hint = ""
+        raise InputError(Problem(fault, expression.mark(), hint=hint, rule="too-large"))
 
     def _length(self, expression: Expression) -> int:
-        """Count the nodes of an expression with all definitions put in place of names."""
+        """Count the nodes of an expression with all definitions put in place of names.
+
+        Parts that frames imply are shared, and count only in others of these.
+        """
+        implied = isinstance(expression, ComposedExpression)
         total = 0
         for node in walk(expression.node):
             total += 1
             if not isinstance(node, Name):
                 continue
             definition = self._definitions.get(node.name) or self._position_entries.get(node.name)
-            if definition is not None and node.name not in self._lengths:
-                # Zero of a circle, which is refused elsewhere, and of what frames imply, whose
-                # parts are shared.
-                self._lengths[node.name] = 0
-                if not isinstance(definition, ComposedExpression):
-                    self._lengths[node.name] = self._length(definition)
-            total += self._lengths.get(node.name, 0)
+            if definition is None:
+                continue
+            if node.name not in self._lengths:
+                self._lengths[node.name] = 0  # of a circle, which is refused elsewhere
+                self._lengths[node.name] = self._length(definition)
+            if implied or not isinstance(definition, ComposedExpression):
+                total += self._lengths[node.name]
         return total
 
     def rewriting(
