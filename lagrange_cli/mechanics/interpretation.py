@@ -7,13 +7,16 @@ from types import MappingProxyType
 
 import sympy as sp
 
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.symbols.convert import to_sympy, total_derivative
-from lagrange_cli.scene.language.expression import ANGULAR_VELOCITIES, Expression
+from lagrange_cli.scene.language.expression import ANGULAR_VELOCITIES, Expression, names_in
 from lagrange_cli.scene.language.families import Budget, written_expression
 from lagrange_cli.scene.language.grammar import parse_expression
 from lagrange_cli.scene.language.rotations import implied_name
 from lagrange_cli.scene.language.written_text import WrittenText
+
+_SPINS = tuple(f"{stem}(" for stem in ANGULAR_VELOCITIES)
 
 
 def interpret(
@@ -48,6 +51,7 @@ def interpret(
     meanings.update((u.name, u.symbol) for u in equations.system.inputs)
     meanings.update((s.name, s.symbol) for s in equations.system.states)
     meanings.update((c.name, c.q) for c in equations.system.coordinates)
+    _require_known_spins(expression, meanings)
     chain = [(c.q, c.v) for c in equations.system.coordinates]
     chain += [(c.v, c.a) for c in equations.system.coordinates]
     chain += [(s.symbol, s.rate) for s in equations.system.states]
@@ -57,6 +61,22 @@ def interpret(
         lambda expr: total_derivative(expr, equations.system.t, chain),
         {f.name: f for f in equations.system.functions},
     )
+
+
+def _require_known_spins(expression: Expression, meanings: Mapping[str, sp.Expr]) -> None:
+    """Refuse angular velocities of frames without mass, of which equations keep no motion."""
+    for node in names_in(expression.node):
+        if node.name in meanings or not node.name.startswith(_SPINS):
+            continue
+        raise InputError(
+            Problem(
+                f"'{node.name}' is not known in the equations: they keep the angular velocities of"
+                " bodies with mass",
+                expression.mark(node.span),
+                hint=f"give that of a frame a name in the scene: definitions: {{w: {node.name}}}",
+                rule="unknown-name",
+            )
+        )
 
 
 def expression_of(equations: Equations, written: WrittenText, start: int, end: int) -> Expression:
