@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from lagrange_cli.api.remembered import Answer, SceneSource, remembered
 from lagrange_cli.api.workspace import Workspace
 from lagrange_cli.stages import announce
+from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.api.derivation import Derivation
@@ -193,8 +194,9 @@ class RememberedScene:
                 from lagrange_cli.simulate.system.library_sources import stepping_source
                 from lagrange_cli.toolchain.shared_library import compile_ahead
 
-                number = len(coordinates) * (1 + len(self.sensitivity))
-                compile_ahead(stepping_source(number), self.workspace.cache)
+                layout = StateLayout(len(coordinates), len(loaded.scene.states))
+                size = layout.size * (1 + len(self.sensitivity))
+                compile_ahead(stepping_source(size), self.workspace.cache)
 
         def value_of(derivation: Derivation) -> Any:
             from lagrange_cli.simulate.system.library_sources import system_source

@@ -6,6 +6,8 @@ Written by hand: M = diag(masses), closures φ_k = (squared length − l²)/2, m
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from lagrange_cli.simulate import kernels
@@ -17,7 +19,7 @@ from tests.simulate.native_systems import compiled, stepping_source
 
 #: A pendulum of parameters l, g in x, z; y = [x, z, vx, vz].
 _PENDULUM = """
-#include <math.h>
+#include "numbers.h"
 int pendulum(double t, const double *y, const double *u, const double *p, double *work,
              double *out)
 {
@@ -56,7 +58,7 @@ int pendulum_project(double t, double *y, const double *u, const double *p, doub
 
 #: Two bobs on rods, parameters m1, m2, l1, l2, g; y = [x1, z1, x2, z2, their velocities].
 _DOUBLE_PENDULUM = """
-#include <math.h>
+#include "numbers.h"
 /* l from (Phi M^-1 Phi^T) l = r for the rods of y. */
 static int multipliers(const double *y, const double *p, const double *r, double *l)
 {
@@ -149,9 +151,13 @@ DIMENSIONS = {"pendulum": 4, "double_pendulum": 8, "edge": 2}
 def constrained(name, *parameters, fixed_dimension=True, real=DOUBLE):
     """A system with its projection, and the integrators for it."""
     n = DIMENSIONS[name] if fixed_dimension else kernels.UNROLLED_DIMENSION + 1
-    system, stepping = {"system.c": TEXTS[name]}, kernels.kernel_files()
-    system, stepping = (kernels.in_arithmetic(files, real) for files in (system, stepping))
-    library, stepper = compiled(CSource(system), stepping_source(n, stepping))
+    options, kernel_texts = kernels.options_of(real), kernels.kernel_files()
+    if options:  # those of Gauss are of doubles alone
+        kernel_texts = {k: text for k, text in kernel_texts.items() if not k.startswith("gauss")}
+    system = {"system.c": TEXTS[name], "numbers.h": kernels.source("numbers.h")}
+    stepping = stepping_source(n, kernel_texts)
+    stepping = replace(stepping, options=(*stepping.options, *options))
+    library, stepper = compiled(CSource(system, options), stepping)
     return NativeRhs(
         function_type(real)((name, library)),
         np.array(parameters or (0.0,)),

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import os
-import re
-from collections.abc import Mapping
 from typing import Protocol
 
 __all__ = [
     "GROUPS",
-    "WIDE",
     "CType",
     "batched_files",
-    "in_arithmetic",
     "kernel_files",
     "kernel_headers",
     "kernel_options",
+    "options_of",
     "source",
     "wide_files",
 ]
@@ -43,30 +40,13 @@ _KERNELS = {
 }
 
 #: Headers that the text of a system includes.
-_HEADERS = ("lanes.h",)
-
-#: Option for files that are rewritten for types that have no vectors.
-WIDE = "-DLAGRANGE_WIDE"
+_HEADERS = ("lanes.h", "numbers.h")
 
 #: Files that are written for doubles alone.
 _DOUBLES_ALONE = ("gauss.c", "gauss.h")
 
-#: Constants of C that are read as doubles.
-_CONSTANT = re.compile(
-    r"(?<![\w.])(0x[0-9a-f.]+p[+-]?\d+|\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])"
-)
-
-#: The rounding error of 1 in the text of a system.
-_EPSILON = re.compile(r"^(#define \w+_EPSILON ).*$", re.MULTILINE)
-
-#: Suffixes of constants of other types.
-_SUFFIXES = {"long double": "L", "_Float128": "f128"}
-
-#: The header with functions of all types; without the macro it has none of ``_Float128``.
-_FUNCTIONS = """#ifndef __STDC_WANT_IEC_60559_TYPES_EXT__
-#define __STDC_WANT_IEC_60559_TYPES_EXT__ 1
-#endif
-#include <tgmath.h>"""
+#: Option for each type of numbers; :file:`numbers.h` reads it.
+_WIDTHS = {"long double": ("-DLAGRANGE_WIDE=80",), "_Float128": ("-DLAGRANGE_WIDE=128",)}
 
 
 class CType(Protocol):
@@ -76,15 +56,10 @@ class CType(Protocol):
     ----------
     c_name
         ``double``, ``long double`` or ``_Float128``.
-    epsilon
-        The distance from 1 to the next of its numbers.
     """
 
     @property
     def c_name(self) -> str: ...
-
-    @property
-    def epsilon(self) -> float: ...
 
 
 def kernel_files(*groups: str) -> dict[str, str]:
@@ -93,7 +68,7 @@ def kernel_files(*groups: str) -> dict[str, str]:
     excluded = [
         name for group in GROUPS if groups and group not in groups for name in _KERNELS[group]
     ]
-    return {name: source(name) for name in names if name not in (*_HEADERS, *excluded)}
+    return {name: source(name) for name in names if name not in ("lanes.h", *excluded)}
 
 
 def kernel_headers() -> dict[str, str]:
@@ -110,27 +85,18 @@ def batched_files() -> dict[str, str]:
 
 def wide_files(system: str, series: str) -> tuple[dict[str, str], dict[str, str]]:
     """Return name → text of the files of a system and of the integrators for types wider than
-    doubles, before they are rewritten; ``series`` are Taylor recurrences, and may be empty."""
-    files = {"system.c": system}
+    doubles; ``series`` are Taylor recurrences, and may be empty."""
+    files = {"system.c": system, "numbers.h": source("numbers.h")}
     if series:
         headers = (name for name in batched_files() if name.endswith(".h"))
         files |= {"series.c": series, **{name: batched_files()[name] for name in headers}}
-    return files, kernel_files("stepping", "series")
+    integrators = kernel_files("stepping", "series")
+    return files, {name: text for name, text in integrators.items() if name not in _DOUBLES_ALONE}
 
 
-def in_arithmetic(sources: Mapping[str, str], real: CType) -> Mapping[str, str]:
-    """Rewrite files, which are of doubles, to compute with numbers of another type."""
-    if real.c_name == "double":
-        return sources
-    convertible = {name: text for name, text in sources.items() if name not in _DOUBLES_ALONE}
-    return {name: _rewritten(text, real) for name, text in convertible.items()}
-
-
-def _rewritten(text: str, real: CType) -> str:
-    text = _EPSILON.sub(rf"\g<1>{(real.epsilon / 2).hex()}", text)
-    text = _CONSTANT.sub(rf"\1{_SUFFIXES[real.c_name]}", text)
-    text = text.replace("#include <math.h>", _FUNCTIONS)
-    return re.sub(r"\bdouble\b", real.c_name, text)
+def options_of(real: CType) -> tuple[str, ...]:
+    """Return the options of the compiler for files that compute with numbers of a type."""
+    return _WIDTHS.get(real.c_name, ())
 
 
 def _names(folder: str) -> list[str]:

@@ -1,7 +1,6 @@
 /* How far a run is from two others at the same samples. */
 #include "kernel.h"
 
-#include <math.h>
 
 /* The larger one, and not a number where either is none. */
 static inline double larger(double a, double b)

@@ -7,7 +7,8 @@
 #ifndef LAGRANGE_KERNEL_H
 #define LAGRANGE_KERNEL_H
 
-#include <math.h>
+#include "numbers.h"
+
 #include <stdint.h>
 
 /* y' = f(t, y) with inputs u, parameters p and workspace; not 0: it does not exist there. */

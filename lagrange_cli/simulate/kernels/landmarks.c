@@ -1,7 +1,6 @@
 /* Sharp functions: a step that one of them has its peak in is made again until it is resolved. */
 #include "kernel.h"
 
-#include <math.h>
 #include <string.h>
 
 /* Few calls a step: made to be compiled fast. */

@@ -7,7 +7,7 @@
 #ifndef LAGRANGE_LANES_H
 #define LAGRANGE_LANES_H
 
-#include <math.h>
+#include "numbers.h"
 
 /* 2^19 pi/2, so that products with the first parts of pi/2, of 33 bits, are exact. */
 #define LAGRANGE_LARGEST_ANGLE 823549.0

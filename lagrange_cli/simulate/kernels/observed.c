@@ -4,7 +4,6 @@
  */
 #include "kernel.h"
 
-#include <math.h>
 
 /* A coordinate or speed is measured by this part of the largest of its kind at least. */
 #define BESIDE_OTHERS 1e-3

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple
+from fractions import Fraction
 
 from lagrange_cli.emit.c.body import function_text
 from lagrange_cli.emit.c.constraints import impact_text, project_text, residual_text
@@ -88,18 +89,20 @@ def guard_source(
     )
 
 
-class _Rewritable(Real):
-    """Doubles whose constants are written with the digits of wider types, for which the text is
-    rewritten (:func:`lagrange_cli.simulate.kernels.in_arithmetic`)."""
+class _AnyType(Real):
+    """Doubles, or by an option of the compiler numbers of a wider type (:file:`numbers.h`)."""
 
     def literal(self, value: Coefficient) -> str:
         """Return a constant that reads as the number nearest to ``value`` in each type."""
-        super().literal(value)  # refuses what is beyond doubles
-        return decimal_literal(value)
+        text = super().literal(value)  # refuses what is beyond doubles
+        if Fraction(float(value)) == value:
+            return text
+        sign, digits = ("-", decimal_literal(-value)) if value < 0 else ("", decimal_literal(value))
+        return f"{sign}R({digits})"
 
 
 #: The numbers that simulations compute with first.
-C_DOUBLE = _Rewritable(*astuple(real_type("double")))
+C_DOUBLE = _AnyType(*astuple(real_type("double")))
 
 #: Functions that are evaluated at the samples of many motions.
 _TABLES = ("energy", "positions", "velocities", "outputs")
@@ -117,7 +120,7 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     target = _target(programs, real)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
-        "#include <math.h>\n",
+        '#include "numbers.h"\n',
         _parameter_type(programs, real),
         helper_text(used, target),
         solver_text(blocks_of(programs), programs.values(), target),

@@ -59,10 +59,12 @@ def _sources(model: Model, real: NativeReal) -> list[CSource]:
     code, stepping = model.code, stepping_source(model.layout.size)
     if real is DOUBLE:
         return [system_source(code), stepping]
-    wide, integrators = (
-        kernels.in_arithmetic(files, real) for files in kernels.wide_files(code.c, code.taylor)
-    )
-    return [CSource(wide, (*OPTIONS, kernels.WIDE)), CSource(integrators, stepping.options)]
+    wide, integrators = kernels.wide_files(code.c, code.taylor)
+    of_type = kernels.options_of(real)
+    return [
+        CSource(wide, (*OPTIONS, *of_type)),
+        CSource(integrators, (*stepping.options, *of_type)),
+    ]
 
 
 class Libraries:

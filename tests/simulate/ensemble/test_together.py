@@ -335,11 +335,11 @@ def test_an_interrupt_ends_the_block(monkeypatch):
 def test_the_c_is_clean_for_any_width(tmp_path, name):
     code = model_of(loads(f"name: {name}\n{SCENES[name]}").derive().equations).code
     files = {"series.c": code.taylor + code.tables, **kernels.batched_files()}
-    wide = kernels.in_arithmetic({"series.c": code.taylor, **kernels.batched_files()}, EXTENDED)
+    wide = {"series.c": code.taylor, **kernels.batched_files()}
     for options, texts in (
         ((), files),
         (("-DLAGRANGE_DIM=4",), files),
-        (("-DLAGRANGE_WIDE",), wide),
+        (kernels.options_of(EXTENDED), wide),
     ):
         for path, text in texts.items():
             (tmp_path / path).write_text(text)

@@ -79,8 +79,9 @@ def test_a_run_is_the_same_in_both_languages(real: NativeReal, tmp_path: Path) -
         *claims("lagrange_events", structure("events")),
         *claims("lagrange_landmarks", structure("landmarks")),
     ]
-    sources = kernels.in_arithmetic(kernels.kernel_files(), real)
-    done = compiled(tmp_path, sources, "events.h", claimed)
+    done = compiled(
+        tmp_path, kernels.kernel_files(), "events.h", claimed, *kernels.options_of(real)
+    )
     assert done.returncode == 0, done.stderr[:2000]
 
 
@@ -100,9 +101,8 @@ def test_members_are_the_same_in_both_languages(
     width = WIDTHS[options] if real is DOUBLE else 1
     claimed = [f"LAGRANGE_WIDTH == {width}"]
     claimed += claims("lagrange_members", structure("members", real, width))
-    wide = () if real is DOUBLE else ("-DLAGRANGE_WIDE",)
-    sources = kernels.in_arithmetic(kernels.batched_files(), real)
-    done = compiled(tmp_path, sources, "taylor.c", claimed, *options, *wide)
+    wide = kernels.options_of(real)
+    done = compiled(tmp_path, kernels.batched_files(), "taylor.c", claimed, *options, *wide)
     assert done.returncode == 0, done.stderr[:2000]
 
 

@@ -135,8 +135,11 @@ def _sources(model: Model, real: NativeReal) -> list[CSource]:
     if real is DOUBLE:
         series = {"series.c": model.code.taylor + model.code.tables, **headers}
         return [CSource(series, options), CSource(stepping, options)]
-    series, options = {"series.c": model.code.taylor, **headers}, (*options, kernels.WIDE)
-    return [CSource(kernels.in_arithmetic(files, real), options) for files in (series, stepping)]
+    series, options = (
+        {"series.c": model.code.taylor, **headers},
+        (*options, *kernels.options_of(real)),
+    )
+    return [CSource(files, options) for files in (series, stepping)]
 
 
 def _kinds(model: Model) -> _Integers:

@@ -6,11 +6,11 @@
 #ifndef LAGRANGE_LANE_H
 #define LAGRANGE_LANE_H
 
+#include "numbers.h"
+
 #include <stdint.h>
 
 #ifdef LAGRANGE_WIDE
-
-#include <math.h>
 
 #define LAGRANGE_INLINE static inline
 #define LAGRANGE_WIDTH 1

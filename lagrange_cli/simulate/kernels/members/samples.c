@@ -1,5 +1,5 @@
 /* Functions of the samples of many motions: states of n numbers, coordinates first. */
-#include <math.h>
+#include "numbers.h"
 #include <stdint.h>
 
 typedef int (*lagrange_function)(double t, const double *y, const double *u, const void *p,

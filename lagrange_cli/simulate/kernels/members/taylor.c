@@ -6,8 +6,6 @@
  */
 #include "taylor.h"
 
-#include <math.h>
-
 #define W LAGRANGE_WIDTH
 
 typedef lagrange_lane lane;
