@@ -2,10 +2,11 @@
 
 One start: the sum over a whole record of an oscillation has a minimum for each number of
 oscillations that a motion gains or loses on the measured one. The sum over few oscillations has no
-other near by. So that a fit begins with as many measurements as the motion from the start follows,
-and takes more as it follows them, until it has all: what multiple shooting does for a record in
-pieces, without further unknowns for their starts (H. G. Bock, "Recent advances in parameter
-identification techniques for O.D.E.", 1983, on why long records need either).
+other near by. A search therefore fits the measurements before a horizon, as many as the motion from
+the start follows, and moves the horizon as the motion follows more, to the end of the record: what
+multiple shooting does for a record in pieces, without further unknowns for their starts (H. G.
+Bock, "Recent advances in parameter identification techniques for O.D.E.", 1983, on why long records
+need either). How many fits are right from starts far from the truth is in ``benchmarks/fits.py``.
 
 Several starts are points of a Latin hypercube (M. D. McKay, R. J. Beckman and W. J. Conover,
 Technometrics 21, 1979, p. 239). If n of them ended at w minima, those that were not found attract
