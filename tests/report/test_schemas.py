@@ -31,6 +31,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "derive systems/oscillators/seismometer.yaml",
         "derive systems/rolling/chaplygin_sleigh.yaml --form first-order",
         "derive systems/actuators/dc_motor_pendulum.yaml --with latex",
+        "derive systems/data/engine_on_a_brake.yaml",
+        "derive systems/bodies/cart_pole.yaml",
         "derive systems/oscillators/henon_heiles.yaml --steps",
         "derive systems/oscillators/damped_oscillator.yaml --form small-oscillations",
         "derive systems/pendulums/double_pendulum.yaml --form small-oscillations --with latex",
@@ -58,6 +60,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": (
         "simulate systems/pendulums/spherical_pendulum.yaml --with conserved --until 1",
         "simulate systems/contact/bouncing_ball.yaml --until 2",
+        "simulate systems/switching/stick_slip_belt.yaml",
         f"simulate {PENDULUM} --method RK4 --step 0.1 --until 1 --with energy",
     ),
     "ensemble": (

@@ -28,7 +28,7 @@ def test_values_that_are_off_are_seen(fits, monkeypatch) -> None:
 
 
 def test_time_ends(fits, monkeypatch) -> None:
-    monkeypatch.setattr(fits, "LIMIT", 0.01)
+    monkeypatch.setattr(fits, "LIMIT", 1e-6)
     assert fits.outcome_of(7, 7).outcome == "out of time"
 
 

@@ -80,6 +80,7 @@ SLICE = (
     "chaplygin_sleigh",
     "rolling_disk",
     "wheel_down_incline",
+    "cart_pole",
 )
 
 #: Scenes of the slice that differ in the functions that are emitted: free and with closures of

@@ -104,6 +104,16 @@ class _AnyType(Real):
 #: The numbers that simulations compute with first.
 C_DOUBLE = _AnyType(*astuple(real_type("double")))
 
+#: The beginning of a text, which is whole without other files where it computes with doubles.
+_NUMBERS = """\
+#ifdef LAGRANGE_WIDE
+#include "numbers.h"
+#else
+#include <math.h>
+#define R(constant) constant
+#endif
+"""
+
 #: Functions that are evaluated at the samples of many motions.
 _TABLES = ("energy", "positions", "velocities", "outputs")
 
@@ -120,7 +130,7 @@ def library_source(programs: Mapping[str, Program], real: Real = C_DOUBLE) -> st
     target = _target(programs, real)
     used = set().union(*(functions_used(program) for program in programs.values()))
     parts = [
-        '#include "numbers.h"\n',
+        _NUMBERS,
         _parameter_type(programs, real),
         helper_text(used, target),
         solver_text(blocks_of(programs), programs.values(), target),

@@ -76,7 +76,10 @@ class Combination:
     def of_two(cls, upper: Array, lower: Array, rate: float, lower_rate: float) -> Combination:
         """Combine both sides of one surface, with their slopes and its rates there."""
         direction, derivative = (upper - lower) / 2, (rate - lower_rate) / 2
-        part = -(rate + lower_rate) / 2 / derivative if derivative else float("nan")
+        if derivative:
+            part = -(rate + lower_rate) / 2 / derivative
+        else:  # no side leads away where both rates are zero, as friction that fades with the speed
+            part = 0.0 if rate == 0 else float("nan")
         slope = _combined_slope((upper + lower) / 2, np.array([part]), direction[None])
         return cls(np.array([part]), slope, direction[None], np.array([[derivative]]), 0.0)
 
