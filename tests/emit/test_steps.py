@@ -140,7 +140,9 @@ def test_a_snippet_compiles_with_amsmath(tmp_path: Path) -> None:
     ],
 )
 def test_documents_of_scenes_stay_on_the_page(names: set[str], tmp_path: Path) -> None:
-    scenes = {f"{name} {way}": stepped(name, way) for name in sorted(names) for way in WAYS}
+    # Steps are written for particles alone.
+    of_particles = sorted(names - set(BODIES))
+    scenes = {f"{name} {way}": stepped(name, way) for name in of_particles for way in WAYS}
     assert all(map(is_certified, scenes.values()))
     documents = {name: latex(equations) for name, equations in scenes.items()}
     logs = logs_by_document(compiled(tmp_path, one_document(documents)))
