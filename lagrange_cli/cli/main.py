@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import gc
 import os
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 
 import click
@@ -166,15 +168,28 @@ def run(arguments: Sequence[str] | None = None) -> int:
     return code if isinstance(code, int) else 0
 
 
+def _end_at_once(codes: Sequence[int]) -> None:
+    """End the process with the first of some exit codes, if there is any."""
+    if codes:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(AttributeError, OSError, ValueError):
+                stream.flush()
+        os._exit(codes[0])
+
+
 def main() -> None:
     """Entry point of the command ``lagrange``."""
+    interrupted: list[int] = []
+    # What is registered first is called last: all others have tidied up.
+    atexit.register(_end_at_once, interrupted)
     prepare_streams()
     gc.set_threshold(*COLLECTION)
     os.environ.setdefault("SYMPY_CACHE_SIZE", str(_SYMPY_CACHE))  # read as SymPy is imported
     code = run()
     # Else the interpreter looks through all objects for garbage before it ends, several times.
     gc.freeze()
-    if code == INTERRUPTED and hasattr(signal, "pthread_sigmask"):
-        # ``python -m`` sends itself the signal where it passed through an ``exec`` of a library.
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    if code == INTERRUPTED:
+        # ``python -m`` sends itself the signal where it passed through an ``exec`` of a library,
+        # and a thread of another library takes it although this one blocks it.
+        interrupted.append(code)
     sys.exit(code)
