@@ -19,6 +19,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from lagrange_cli.mechanics.tabulated import Tabulated, in_pieces
 from lagrange_cli.simulate import simulate
 from tests.emit.derivative_reference import AccelerationReference
 
@@ -231,6 +232,11 @@ def _states(equations):
         yield float(t + random.uniform(0, 3)), tuple(map(float, y)), tuple(map(float, p))
 
 
+def _without_tables(expression):
+    """The same with polynomials in cases for each function of a table."""
+    return expression.xreplace({f: in_pieces(f) for f in expression.atoms(Tabulated)})
+
+
 class _Values:
     """Everything that the functions of a scene are made of, as sized numbers."""
 
@@ -257,7 +263,7 @@ class _Values:
         plain = {symbol: sp.Symbol(f"x{k}", real=True) for k, symbol in enumerate(arguments)}
         expressions = [sp.sympify(x) for part in parts.values() for x in part]
         self.present = [k for k, x in enumerate(expressions) if x != 0]
-        expressions = [expressions[k].xreplace(plain) for k in self.present]
+        expressions = [_without_tables(expressions[k]).xreplace(plain) for k in self.present]
         modules = [_FUNCTIONS, "mpmath"]
         self.counts = {name: len(part) for name, part in parts.items()}
         self.unknowns = len(s.coordinates) + len(s.closures)
