@@ -1,0 +1,101 @@
+"""Pages of all shipped scenes in a browser: what they say on its console, and how they move.
+
+Each page is opened in Chromium without a window by ``tests/pages/drive.mjs``, which lets it play,
+moves the slider of the first coordinate, and reads back what the page shows. Needs node, chromium
+and puppeteer-core (npm install --no-save puppeteer-core).
+
+    python benchmarks/pages.py --docs docs/quality/pages.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from lagrange_cli import load
+
+ROOT = Path(__file__).parents[1]
+
+HEAD = """\
+# Pages
+
+Pages of `lagrange show` of all shipped scenes that move, in Chromium without a window. This page is
+the output of
+
+    python benchmarks/pages.py --docs docs/quality/pages.md
+
+The difference is that of the page's motion from the simulated one, over the scales of its numbers, at
+the scene's own settings. A motion that takes more than 200,000 steps is shown up to there, and the
+page says so: sliding along a kink, which the page does not follow, is one.
+
+"""
+
+
+def pages_in(folder: Path) -> list[Path]:
+    """Write the pages of all scenes that have a start."""
+    files = []
+    for scene in sorted((ROOT / "systems").glob("*/*.yaml")):
+        if scene.parent.name == "refused":
+            continue
+        derivation = load(scene).derive()
+        if derivation.equations.system.initial is not None:
+            files.append(folder / f"{scene.stem}.html")
+            files[-1].write_text(derivation.page(), encoding="utf-8")
+    return files
+
+
+def driven(files: list[Path]) -> list[dict[str, Any]]:
+    """Return what the driver finds on each page."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        sys.exit("chromium was not found")
+    command = ["node", str(ROOT / "tests/pages/drive.mjs"), browser, *map(str, files)]
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def table(rows: list[dict[str, Any]]) -> list[str]:
+    """Return the lines of the table."""
+    shown = [row for row in rows if "failure" not in row]
+    whole = [row for row in shown if row["usual"]["status"] == "done"]
+    empty = [r for r in shown if min(r["canvases"][k] for k in ("series", "phase", "drift")) == 0]
+    worst = max(whole, key=lambda row: row["usual"]["largest"])
+    stuck = [Path(row["file"]).stem for row in shown if row["usual"]["status"] != "done"]
+    still = [row for row in shown if row["moved"] and row["moved"]["end"] == row["usual"]["end"]]
+    counts = {
+        "pages": len(rows),
+        "that could not be driven": len(rows) - len(shown),
+        "with a message on the console, or a request": sum(bool(r["messages"]) for r in shown),
+        "with an empty plot": len(empty),
+        "whose motion a slider does not change": len(still),
+        "shown in part": f"{len(stuck)} {', '.join(stuck)}",
+        "largest difference": f"{worst['usual']['largest']:.1e} {Path(worst['file']).stem}",
+        "median difference": f"{statistics.median(r['usual']['largest'] for r in whole):.1e}",
+        "frames a second, median": f"{statistics.median(r['frames'] for r in shown):.0f}",
+        "frames a second, least": f"{min(r['frames'] for r in shown):.0f}",
+    }
+    return ["| counted | |", "|---|---|", *(f"| {k} | {v} |" for k, v in counts.items())]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--docs", type=Path, help="the page to write")
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        rows = driven(pages_in(Path(folder)))
+    text = HEAD + "\n".join(table(rows)) + "\n"
+    print(text)
+    if asked.docs is not None:
+        asked.docs.write_text(text, encoding="utf-8")
+    return int(any("failure" in row or row["messages"] for row in rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
