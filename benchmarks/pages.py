@@ -31,9 +31,9 @@ the output of
 
     python benchmarks/pages.py --docs docs/quality/pages.md
 
-The difference is that of the page's motion from the simulated one, over the scales of its numbers, at
-the scene's own settings. A motion that takes more than 200,000 steps is shown up to there, and the
-page says so: sliding along a kink, which the page does not follow, is one.
+The difference is that of the page's motion from the simulated one, over the scales of its numbers,
+at the scene's own settings. A motion that takes more than 200,000 steps is shown up to there, and
+the page says so: sliding along a kink, which the page does not follow, is one.
 
 """
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
+from sympy.core.function import AppliedUndef
 
 from lagrange_cli import loads
 from lagrange_cli.api.emitters import EMITTERS
@@ -23,7 +24,7 @@ from tests.emit.emitted_c import WARNINGS, compiler, run, write
 from tests.emit.test_c import HOSTILE, ROWS, hostile
 from tests.parts import changed
 from tests.program.test_program import one_coordinate, x
-from tests.systems.shipped import derived
+from tests.systems.shipped import NARROW, SCENES, derived, sliced
 
 
 def load(source):
@@ -260,3 +261,23 @@ potentials: {V: rhs*y^2*p}
     state, p = np.array([0.3, 0.4, -0.2, 0.6]), functions["DEFAULTS"]
     assert p._fields == ("w0", "out", "regular", "np", "rhs")
     assert difference(functions["rhs"](0.0, state), reference.rhs(0.0, state, p)) < 1e-13
+
+
+@pytest.mark.slow
+@sliced([n for n, p in SCENES.items() if p.parent.name != "refused"], {*NARROW, "pleiades"})
+def test_mass_matrices_of_shipped_scenes_are_those_of_the_equations(name):
+    """Loops over zeros may stand before all other statements, as for seven bodies."""
+    system = derived(name).system
+    if system.initial is None:
+        pytest.skip("the scene has no start")
+    functions, start = module(derived(name)), np.array(system.initial.numbers)
+    values = dict(zip([p.symbol for p in system.parameters], functions["DEFAULTS"], strict=True))
+    values |= dict(zip(system.state_symbols, start, strict=True)) | {system.t: 0.0}
+    matrix = functions["mass_matrix"](0.0, start)
+    entries = [sp.sympify(x) for row in system.mass_matrix for x in row]
+    # Inputs are left out.
+    known = [x.free_symbols <= values.keys() and not x.atoms(AppliedUndef) for x in entries]
+    pairs = zip(entries, known, strict=True)
+    expected = [float(x.subs(values)) if is_known else np.nan for x, is_known in pairs]
+    found = np.where(known, matrix.ravel(), np.nan)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(matrix).max())

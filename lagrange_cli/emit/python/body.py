@@ -198,10 +198,10 @@ class _Printer:
     def _group(self, group: Sequence[Step], tab: str) -> list[str]:
         """Print statements of one kind that follow each other, or one statement."""
         first = group[0]
-        stored = any(
-            isinstance(s, Store) and s.target.name == RESULTS and not self._is_implied(s)
-            for s in steps_in(group)
-        )
+        stores = [step for step in steps_in(group) if isinstance(step, Store)]
+        if isinstance(first, For) and stores and all(map(self._is_implied, stores)):
+            return []
+        stored = any(s.target.name == RESULTS and not self._is_implied(s) for s in stores)
         if isinstance(first, Store) and not self.function.shape and not self.numbers.flat:
             (store,) = group
             assert isinstance(store, Store)
