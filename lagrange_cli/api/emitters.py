@@ -145,6 +145,7 @@ EMITTERS: dict[str, Emitter] = {
                     default="double",
                 ),
                 _MAIN,
+                Option("header_only", "one header that holds the source behind a macro"),
                 _JACOBIAN,
                 _LINEARIZATION,
                 _CANONICAL,

@@ -122,3 +122,43 @@ def test_files_of_two_emissions_do_not_compile(header, source, tmp_path):
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode != 0
     assert "are not of one emission: emit both once more" in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.compiler
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler is installed")
+def test_a_header_alone_holds_the_source_of_one_unit(tmp_path):
+    """Two units include the header, one of them twice; the one with the macro has the functions."""
+    derivation = loads(SCENE.format(name="swing")).derive()
+    files = derivation.emit("c", header_only=True, main=True)
+    assert list(files) == ["swing.h"]
+    (tmp_path / "swing.h").write_text(files["swing.h"])
+    whole = '#include "swing.h"\n#define swing_IMPLEMENTATION\n#include "swing.h"\n'
+    (tmp_path / "whole.c").write_text(whole)
+    part = '#include "swing.h"\nint count(void);\nint count(void) { return swing_DOF; }\n'
+    (tmp_path / "part.c").write_text(part)
+    words = [
+        "cc",
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-pedantic",
+        "-Werror",
+        "whole.c",
+        "part.c",
+        "-o",
+        "alone",
+        "-lm",
+    ]
+    subprocess.run(words, cwd=tmp_path, check=True, timeout=60)
+    pair = derivation.emit("c", main=True)
+    for name, text in pair.items():
+        (tmp_path / name).write_text(text)
+    words = ["cc", "-std=c99", "swing.c", "-o", "pair", "-lm"]
+    subprocess.run(words, cwd=tmp_path, check=True, timeout=60)
+    rows = [
+        subprocess.run([tmp_path / name], capture_output=True, check=True, timeout=60).stdout
+        for name in ("alone", "pair")
+    ]
+    assert rows[0] == rows[1]
+    assert rows[0].count(b"\n") > 500

@@ -64,13 +64,14 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
 
 
 def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
-    """``NAME.h`` and ``NAME.c``.
+    """Return ``NAME.h`` and ``NAME.c``, or the header alone that holds both.
 
     Parameters
     ----------
     options
         ``real``: ``float``, ``double`` or ``long-double``; ``main``: whether
-        the source ends with a ``main`` that integrates and prints CSV.
+        the source ends with a ``main`` that integrates and prints CSV; ``header_only``:
+        whether the header holds the source, too.
 
     Raises
     ------
@@ -109,12 +110,25 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         linearized=linearized,
         canonical=canonical,
     )
+    if options["header_only"]:
+        return {f"{stem}.h": _with_source(header, source, target.prefix)}
     stamp = f"0x{digest(header, source)[:8]}UL"
     size, macro = f"#define {target.prefix}_WORK ", f"#define {target.prefix}_EMISSION {stamp}\n"
     return {
         f"{stem}.h": header.replace(size, macro + size, 1),
         f"{stem}.c": source.replace(_MATH, _same_emission(target.prefix, stem, stamp) + _MATH, 1),
     }
+
+
+def _with_source(header: str, source: str, prefix: str) -> str:
+    """Return the header with the source behind it, which one file of a program asks for by a macro.
+    It stands behind the guard: a file may include the header through another one before."""
+    macro = f"{prefix}_IMPLEMENTATION"
+    return (
+        f"{header}\n"
+        f"/* Define {macro} in one source file before it includes this header. */\n"
+        f"#ifdef {macro}\n\n{source[source.index(_MATH) :]}\n#endif\n"
+    )
 
 
 def _same_emission(prefix: str, stem: str, stamp: str) -> str:

@@ -111,7 +111,7 @@ def _code(equations: Equations) -> dict[str, str]:
     from lagrange_cli.emit.c.module import emit_c
 
     system = replace(equations.system, outputs=written_outputs(equations))
-    options = dict.fromkeys(("main", "jacobian", "canonical"), False)
+    options = dict.fromkeys(("main", "header_only", "jacobian", "canonical"), False)
     linearized = {"linearization": _is_linearized(equations)}
     return emit_c(replace(equations, system=system), {"real": "double", **options, **linearized})
 
