@@ -19,7 +19,18 @@ if TYPE_CHECKING:
     from lagrange_cli.api.scenes import LoadedScene, load, loads
     from lagrange_cli.api.starter import starter_scene
     from lagrange_cli.cache import Cache, Removed, open_cache
-    from lagrange_cli.check import Report, SceneReport, check_paths, scenes_in
+    from lagrange_cli.check import (
+        CheckedMotions,
+        CheckOptions,
+        Limits,
+        Report,
+        SceneReport,
+        Selection,
+        check_paths,
+        files_of,
+        note_outcomes,
+        scenes_in,
+    )
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.report.values.reports import REPORTS, report_schema, report_values
     from lagrange_cli.scene.conditions import Formulation
@@ -36,10 +47,13 @@ if TYPE_CHECKING:
 __all__ = [
     "REPORTS",
     "Cache",
+    "CheckOptions",
+    "CheckedMotions",
     "Checkpoint",
     "Cluster",
     "Derivation",
     "Formulation",
+    "Limits",
     "LoadedScene",
     "Members",
     "Model",
@@ -48,14 +62,17 @@ __all__ = [
     "Report",
     "SceneReport",
     "Section",
+    "Selection",
     "SimulationOptions",
     "Trajectory",
     "Way",
     "check_paths",
     "cluster_at",
+    "files_of",
     "load",
     "loads",
     "methods",
+    "note_outcomes",
     "open_cache",
     "report_schema",
     "report_values",
@@ -72,7 +89,10 @@ _OFFERED = {
     "api.scenes": ("LoadedScene", "load", "loads"),
     "api.starter": ("starter_scene",),
     "cache": ("Cache", "Removed", "open_cache"),
-    "check": ("Report", "SceneReport", "check_paths", "scenes_in"),
+    "check": (
+        *("CheckedMotions", "CheckOptions", "Limits", "Report", "SceneReport", "Selection"),
+        *("check_paths", "files_of", "note_outcomes", "scenes_in"),
+    ),
     "mechanics.step_values": ("Way",),
     "report.values.reports": ("REPORTS", "report_schema", "report_values"),
     "scene.conditions": ("Formulation",),

@@ -125,6 +125,16 @@ class Cache:
             return False
         return True
 
+    def replace(self, key: str, data: bytes) -> bool:
+        """Keep bytes under a key in place of those before; say whether they are kept."""
+        if not self.put(key, data):
+            return False
+        new = _name(key, ".json", data)
+        for entry in list(self._files()):
+            if entry.name.startswith(key) and entry.name != new:
+                _remove(entry.path)
+        return True
+
     @property
     def compiler_folder(self) -> str | None:
         """Path of a folder in which a compiler may keep what it needs again, None if there is none.

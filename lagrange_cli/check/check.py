@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import re
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
@@ -13,22 +13,26 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import Cache, digest, fingerprint
 from lagrange_cli.cache.values import from_bytes, to_bytes
-from lagrange_cli.check.model import Report, SceneOutcome, SceneReport
-from lagrange_cli.check.walk import name_of, scenes_in
+from lagrange_cli.check.model import (
+    CheckedMotions,
+    CheckOptions,
+    Limits,
+    Report,
+    SceneOutcome,
+    SceneReport,
+)
+from lagrange_cli.check.walk import columns_in, name_of, scenes_in
 from lagrange_cli.check.workers import in_processes, on_cluster
 from lagrange_cli.errors import AccuracyError, InputError, LagrangeError, Mark, Problem
 from lagrange_cli.files import read_bytes, read_recording
 from lagrange_cli.files.recordings import read_recorded_file
-from lagrange_cli.scene import expected_error, read_text
-from lagrange_cli.scene.conditions import ErrorExpectation
+from lagrange_cli.scene import expected_error
+from lagrange_cli.scene.conditions import ErrorExpectation, Expect, Formulation
 from lagrange_cli.scene.reader import SceneText
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.simulate.cluster.tasks import Cluster
-
-
-#: The key of a recording, in any way in which YAML writes it.
-_NAMES_A_FILE = re.compile(rb"file['\"]?\s*:")
 
 
 @dataclass(frozen=True)
@@ -49,11 +53,9 @@ class ReportStore:
     question: str
 
     @classmethod
-    def of_run(
-        cls, cache: Cache, parameters: Mapping[str, str] | None, strict: bool
-    ) -> ReportStore:
+    def of_run(cls, cache: Cache, options: CheckOptions) -> ReportStore:
         """Return the store of a run with these options."""
-        asked = json.dumps([sorted((parameters or {}).items()), strict])
+        asked = json.dumps([sorted(options.parameters.items()), options.strict, options.motions])
         return cls(cache, digest("check", fingerprint(), asked))
 
     def recall_path(self, path: str) -> SceneReport | None:
@@ -83,15 +85,11 @@ class ReportStore:
 
     def _key(self, path: str, data: bytes) -> str | None:
         """Return the key of a scene's text and recordings; None if these cannot be read."""
-        file = name_of(path)
-        recordings: list[bytes] = []
-        if _NAMES_A_FILE.search(data):
-            try:
-                columns = read_text(data, file).columns
-                recordings = [read_recorded_file(column) for column in columns]
-            except InputError:
-                return None
-        return digest(self.question, file, data, *recordings)
+        try:
+            recordings = [read_recorded_file(column) for column in columns_in(data, path)]
+        except InputError:
+            return None
+        return digest(self.question, name_of(path), data, *recordings)
 
 
 _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
@@ -99,10 +97,11 @@ _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
 
 def check_paths(
     paths: Sequence[str],
+    options: CheckOptions | None = None,
     *,
-    parameters: Mapping[str, str] | None = None,
-    strict: bool = False,
     jobs: int = 1,
+    limits: Limits | None = None,
+    stops: bool = False,
     cluster: Cluster | None = None,
     cache: Cache | None = None,
     progress: Callable[[SceneReport], None] | None = None,
@@ -113,13 +112,15 @@ def check_paths(
     ----------
     paths
         Scene files and folders.
-    parameters
-        Values that replace those of the scenes.
-    strict
-        Warnings make a scene invalid.
+    options
+        Options that outcomes depend on.
     jobs
         Number of scenes checked at the same time, each in its own process if more than 1 (not
         for standard input).
+    limits
+        The most that the check of one scene may take. Each is then checked in its own process.
+    stops
+        No further check begins after a scene that does not pass.
     cluster
         Workers that check the scenes in place of this machine.
     cache
@@ -131,25 +132,40 @@ def check_paths(
     Raises
     ------
     InputError
-        A path does not exist, or the cluster cannot be used. Problems of scenes do not raise: they
-        are in the report.
+        A path does not exist, the cluster cannot be used, or there are limits for standard input
+        or a cluster. Problems of scenes do not raise: they are in the report.
     """
-    scenes = scenes_in(paths)
-    store = None if cache is None else ReportStore.of_run(cache, parameters, strict)
+    scenes, options, limits = scenes_in(paths), options or CheckOptions(), limits or Limits()
+    _require_processes(scenes, limits, cluster)
+    store = None if cache is None else ReportStore.of_run(cache, options)
     reports: dict[str, SceneReport] = {}
-    running: Iterable[SceneReport]
+    running: Generator[SceneReport]
     if cluster is not None:
-        check = partial(check_text, parameters=parameters, strict=strict)
-        running = on_cluster(cluster, scenes, parameters, check)
+        check = partial(check_text, options=options)
+        running = on_cluster(cluster, scenes, options.parameters, check)
     else:
-        job = partial(check_scene, parameters=parameters, strict=strict, store=store)
-        side_by_side = jobs > 1 and "-" not in scenes
-        running = _in_processes(scenes, jobs, job, store) if side_by_side else map(job, scenes)
-    for report in running:
-        reports[report.path] = report
-        if progress is not None:
-            progress(report)
-    return Report(tuple(reports[path] for path in scenes))
+        job = partial(check_scene, options=options, store=store)
+        if limits or (jobs > 1 and "-" not in scenes):
+            running = _in_processes(scenes, jobs, job, store, limits)
+        else:
+            running = (job(path) for path in scenes)
+    with closing(running):
+        for report in running:
+            reports[report.path] = report
+            if progress is not None:
+                progress(report)
+            if stops and report.outcome != "pass":
+                break
+    checked = tuple(reports[path] for path in scenes if path in reports)
+    return Report(checked, unchecked=len(scenes) - len(checked))
+
+
+def _require_processes(scenes: Sequence[str], limits: Limits, cluster: Cluster | None) -> None:
+    """Refuse limits where scenes are not checked in processes of this machine."""
+    place = "a cluster" if cluster else "standard input" if "-" in scenes else ""
+    if limits and place:
+        hint = "limits are of processes of this machine, which check files"
+        raise InputError(Problem(f"a check on {place} has no limits", hint=hint, rule="limit"))
 
 
 def _in_processes(
@@ -157,7 +173,8 @@ def _in_processes(
     jobs: int,
     job: Callable[[str], SceneReport],
     store: ReportStore | None,
-) -> Iterator[SceneReport]:
+    limits: Limits,
+) -> Generator[SceneReport]:
     """Yield reports from the store, then those of processes, which start if any is missing."""
     missing = []
     for path in scenes:
@@ -167,15 +184,11 @@ def _in_processes(
         else:
             yield report
     if missing:
-        yield from in_processes(missing, jobs, job)
+        yield from in_processes(missing, jobs, job, limits)
 
 
 def check_scene(
-    path: str,
-    *,
-    parameters: Mapping[str, str] | None = None,
-    strict: bool = False,
-    store: ReportStore | None = None,
+    path: str, options: CheckOptions | None = None, *, store: ReportStore | None = None
 ) -> SceneReport:
     """Check one scene; errors of any kind become part of its report."""
     started = perf_counter()
@@ -183,29 +196,28 @@ def check_scene(
         data = read_bytes(path)
     except InputError as error:
         return SceneReport(path, "invalid", perf_counter() - started, error.problems)
-    return check_text(path, data, parameters=parameters, strict=strict, store=store)
+    return check_text(path, data, options=options, store=store)
 
 
 def check_text(
     path: str,
     data: bytes,
     *,
-    parameters: Mapping[str, str] | None = None,
-    strict: bool = False,
+    options: CheckOptions | None = None,
     store: ReportStore | None = None,
 ) -> SceneReport:
     """Check the text of the scene at a path, as :func:`check_scene`."""
-    started = perf_counter()
+    started, options = perf_counter(), options or CheckOptions()
     if store is not None:
         report = store.recall(path, data)
         if report is not None:
             return report
     trace = ""
-    text = SceneText(name_of(path), data, parameters or {})
+    text = SceneText(name_of(path), data, options.parameters)
     try:
-        outcome, problems = _check(text, strict, None if store is None else store.cache)
+        outcome, problems = _check(text, options, None if store is None else store.cache)
     except MemoryError:
-        outcome, problems = "invalid", (_out_of_memory(path),)
+        outcome, problems = "timeout", (_out_of_memory(path),)
     except Exception as error:
         outcome, problems = "crash", (_crash(error),)
         trace = "".join(traceback.format_exception(error))
@@ -215,34 +227,56 @@ def check_text(
     return SceneReport(path, outcome, perf_counter() - started, problems, trace)
 
 
-def _check(text: SceneText, strict: bool, cache: Cache | None) -> _OutcomeOfScene:
+def _check(text: SceneText, options: CheckOptions, cache: Cache | None) -> _OutcomeOfScene:
     """Read, derive and compare a scene."""
     # Mathematics is imported here: stored reports need none of it.
-    from lagrange_cli.check.expectations import CHECKS
     from lagrange_cli.mechanics.stored_derivation import stored_derivation
 
     try:
         scene = text.read()
     except InputError as error:
         return _refused(error, expected_error(text.data, text.file))
+
+    def in_formulation(formulation: Formulation) -> Equations:
+        return stored_derivation(scene, text, cache, formulation=formulation)
+
     try:
-        equations = stored_derivation(scene, text, cache)
+        equations = in_formulation("auto")
         equations.derivation.textbook()  # which is certified when it is written
         for recording in filter(None, (entry.recording for entry in equations.system.inputs)):
             read_recording(recording)
     except InputError as error:
         return _refused(error, scene.expect.error)
-    if strict and equations.derivation.warnings:
+    if options.strict and equations.derivation.warnings:
         return _refused(InputError(*equations.derivation.warnings), scene.expect.error)
     if scene.expect.error is not None:
         return "fail", (_not_refused(scene.expect.error),)
-    problems: list[Problem] = []
-    for compare in CHECKS.values():
+    problems = tuple(_disagreements(scene.expect, equations, in_formulation, options.motions))
+    return ("fail" if problems else "pass"), problems
+
+
+def _disagreements(
+    expect: Expect,
+    equations: Equations,
+    in_formulation: Callable[[Formulation], Equations],
+    wanted: CheckedMotions,
+) -> Iterator[Problem]:
+    """Yield what does not hold of a derived scene; a check that cannot be made does not hold."""
+    from lagrange_cli.check.expectations import CHECKS
+    from lagrange_cli.check.motions import MOTION_CHECKS, Motions, simulated
+
+    motions = Motions(equations, in_formulation)
+    comparisons = [
+        *(partial(check, expect, equations) for check in CHECKS.values()),
+        *(partial(check, expect, motions) for check in MOTION_CHECKS.values()),
+    ]
+    if wanted != "expected":
+        comparisons.append(partial(simulated, motions, in_full=wanted == "full"))
+    for compare in comparisons:
         try:
-            problems.extend(compare(scene.expect, equations))
+            yield from compare()
         except (AccuracyError, InputError) as error:
-            problems.extend(error.problems)
-    return ("fail" if problems else "pass"), tuple(problems)
+            yield from error.problems
 
 
 def _refused(error: InputError, expected: ErrorExpectation | None) -> _OutcomeOfScene:

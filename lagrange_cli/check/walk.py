@@ -1,11 +1,21 @@
-"""Find the scene files that paths name."""
+"""Find the scene files that paths name, and the files that these read."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import read_bytes
+from lagrange_cli.scene import read_text
+
+if TYPE_CHECKING:
+    from lagrange_cli.files import FileColumn
+
+#: The key of a file that a scene reads, in any way in which YAML writes it.
+_NAMES_A_FILE = re.compile(rb"file['\"]?\s*:")
 
 #: File names that count as scenes in a folder; a file named outright may have any.
 _SUFFIXES = (".yaml", ".yml")
@@ -47,3 +57,23 @@ def scenes_in(paths: Sequence[str]) -> list[str]:
 def name_of(path: str) -> str:
     """Return the name that messages have for a scene."""
     return "<stdin>" if path == "-" else path
+
+
+def columns_in(data: bytes, path: str) -> tuple[FileColumn, ...]:
+    """Return the columns of files that the text of a scene names.
+
+    Raises
+    ------
+    InputError
+        It names files, and cannot be read.
+    """
+    return read_text(data, name_of(path)).columns if _NAMES_A_FILE.search(data) else ()
+
+
+def files_of(path: str) -> list[str]:
+    """Return a scene and the files that it reads; the scene alone if it cannot be read."""
+    try:
+        columns = () if path == "-" else columns_in(read_bytes(path), path)
+    except InputError:
+        columns = ()
+    return [path, *dict.fromkeys(column.path for column in columns)]

@@ -1,27 +1,29 @@
 """Check scenes in parallel, in processes of this machine or on a user's Dask cluster.
 
-If a process dies (out of memory, a crash of a compiled library), only its scene crashes. To a
-cluster scenes travel as text, with the files that they name.
+If a process dies (out of memory, a crash of a compiled library), only its scene crashes; one that
+takes too long is ended. To a cluster scenes travel as text, with the files that they name.
 """
 
 from __future__ import annotations
 
 import gc
+import math
 import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING, Any, Protocol
 
-from lagrange_cli.check.model import SceneReport
+from lagrange_cli.check.model import Limits, SceneReport
 from lagrange_cli.check.walk import name_of
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.files import (
     CarriedFile,
     FileColumn,
@@ -37,9 +39,14 @@ if TYPE_CHECKING:
 
 _Job = Callable[[str], SceneReport]
 
+#: Seconds in which a process that is asked to end may tidy up.
+_GRACE = 2.0
+
 #: Modules that a check needs: imported once, by the server, not by the process of each scene.
 _PRELOADED = [
     "lagrange_cli.check.check",
+    "lagrange_cli.check.expectations",
+    "lagrange_cli.check.motions",
     "lagrange_cli.simulate.charts.passages",
     "lagrange_cli.simulate.charts.simulation",
     "lagrange_cli.simulate.model.build",
@@ -55,16 +62,32 @@ def _context() -> BaseContext:
     return context
 
 
-def _work(answer: Connection, job: _Job, path: str, collection: tuple[int, int, int]) -> None:
-    """Do a job in a worker, which leaves interruptions to its parent.
+def _work(
+    answer: Connection,
+    job: _Job,
+    path: str,
+    collection: tuple[int, int, int],
+    memory: int | None,
+) -> None:
+    """Do a job in a worker, which leaves interruptions to its parent, and says when it begins.
 
-    ``collection``: thresholds of the parent's garbage collector, which are the worker's too.
+    Parameters
+    ----------
+    collection
+        Thresholds of the parent's garbage collector, which are the worker's too.
+    memory
+        Bytes that it may take; None for no limit.
     """
     gc.set_threshold(*collection)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    if memory is not None:
+        import resource  # which Windows lacks
+
+        resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    answer.send(None)
     answer.send(job(path))
 
 
@@ -84,7 +107,28 @@ def _died(path: str, process: BaseProcess) -> SceneReport:
     return SceneReport(path, "crash", 0.0, (problem,))
 
 
-def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneReport]:
+@dataclass
+class _Worker:
+    """A process that checks a scene.
+
+    Attributes
+    ----------
+    path
+        The scene.
+    process
+        The process.
+    begun
+        Time at which the check began; None until it has.
+    """
+
+    path: str
+    process: BaseProcess
+    begun: float | None = None
+
+
+def in_processes(
+    paths: Sequence[str], jobs: int, job: _Job, limits: Limits | None = None
+) -> Iterator[SceneReport]:
     """Yield the report of each scene as it is ready, at most ``jobs`` at a time.
 
     Parameters
@@ -95,39 +139,76 @@ def in_processes(paths: Sequence[str], jobs: int, job: _Job) -> Iterator[SceneRe
         Number of processes that run at the same time.
     job
         Checks one scene; must be picklable.
+    limits
+        The most that a scene may take. Seconds count from the start of its check, without those
+        in which modules are imported.
     """
     context: Any = _context()
-    collection = gc.get_threshold()
+    collection, limits = gc.get_threshold(), limits or Limits()
     waiting = deque(paths)
-    running: dict[Connection, tuple[str, BaseProcess]] = {}
+    running: dict[Connection, _Worker] = {}
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
                 answer, theirs = context.Pipe(duplex=False)
                 path = waiting.popleft()
-                process = context.Process(target=_work, args=(theirs, job, path, collection))
-                running[answer] = (path, process)
+                work = (theirs, job, path, collection, limits.memory)
+                process = context.Process(target=_work, args=work)
+                running[answer] = _Worker(path, process)
                 process.start()
                 theirs.close()
-            for ready in wait(list(running)):
+            for ready in wait(list(running), _patience(running.values(), limits.seconds)):
                 assert isinstance(ready, Connection)
-                path, process = running.pop(ready)
-                yield _received(ready, path, process)
+                if (report := _received(ready, running[ready])) is not None:
+                    del running[ready]
+                    yield report
+            for overdue in [a for a, w in running.items() if _left(w, limits.seconds) <= 0]:
+                yield _ended(overdue, running.pop(overdue))
     finally:
-        for _, process in running.values():
-            if process.is_alive():
-                process.terminate()
+        for worker in running.values():
+            if worker.process.is_alive():
+                worker.process.terminate()
 
 
-def _received(answer: Connection, path: str, process: BaseProcess) -> SceneReport:
-    """Receive a worker's report, or make that of its death."""
-    with answer:
-        try:
-            report: SceneReport = answer.recv()
-        except EOFError:
-            return _died(path, process)
-    process.join()
+def _left(worker: _Worker, seconds: float | None) -> float:
+    """Return the seconds that a worker still has."""
+    if seconds is None or worker.begun is None:
+        return math.inf
+    return worker.begun + seconds - time.monotonic()
+
+
+def _patience(workers: Iterable[_Worker], seconds: float | None) -> float | None:
+    """Return the seconds until the first worker is overdue; None where none will be."""
+    left = min(_left(worker, seconds) for worker in workers)
+    return None if math.isinf(left) else max(left, 0.0)
+
+
+def _received(answer: Connection, worker: _Worker) -> SceneReport | None:
+    """Receive a worker's report, or make that of its death; None if it only begins."""
+    try:
+        report: SceneReport | None = answer.recv()
+    except EOFError:
+        report = _died(worker.path, worker.process)
+    if report is None:
+        worker.begun = time.monotonic()
+        return None
+    answer.close()
+    worker.process.join()
     return report
+
+
+def _ended(answer: Connection, worker: _Worker) -> SceneReport:
+    """End an overdue worker, and return the report of its scene."""
+    worker.process.terminate()
+    worker.process.join(_GRACE)
+    worker.process.kill()
+    worker.process.join()
+    answer.close()
+    seconds = time.monotonic() - (worker.begun or 0.0)
+    problem = Problem(
+        f"the check was ended after {seconds:.1f} s", Mark(name_of(worker.path), 1, 1), rule="limit"
+    )
+    return SceneReport(worker.path, "timeout", seconds, (problem,))
 
 
 #: Threads of a worker check in turn: most of that is Python's.
@@ -181,7 +262,7 @@ class _CheckWork:
 
 def on_cluster(
     cluster: Cluster, paths: Sequence[str], parameters: Mapping[str, str] | None, check: _Check
-) -> Iterator[SceneReport]:
+) -> Generator[SceneReport]:
     """Yield the report of each scene as it is ready.
 
     Parameters

@@ -8,7 +8,14 @@ interpolation. Read :mod:`.writing` first.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.files.identity import Named, ending_of, is_address, require_apart, same_file
+from lagrange_cli.files.identity import (
+    Named,
+    ending_of,
+    is_address,
+    require_apart,
+    same_file,
+    stamp_of,
+)
 from lagrange_cli.files.locks import cannot_write, lock_of, sole_writer
 from lagrange_cli.files.reading import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.files.temporary import (
@@ -78,6 +85,7 @@ __all__ = [
     "require_apart",
     "same_file",
     "sole_writer",
+    "stamp_of",
     "temporary_file",
     "temporary_folder",
     "too_large",

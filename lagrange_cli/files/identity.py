@@ -80,6 +80,15 @@ def same_file(first: str, second: str) -> bool:
     return key is not None and key == _identity(second)
 
 
+def stamp_of(path: str) -> tuple[int, ...]:
+    """Return numbers that usually change when a file does; none if it is missing."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return ()
+    return status.st_mtime_ns, status.st_size, status.st_ino
+
+
 def _identity(path: str) -> tuple[int, int] | None:
     """Return device and number of a regular file; None if there is no such file."""
     try:

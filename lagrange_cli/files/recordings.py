@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.files.identity import stamp_of
 from lagrange_cli.files.reading import read_regular
 from lagrange_cli.files.rows import LONGEST_QUOTED, CsvRows, decoded, quoted_cell
 
@@ -75,11 +76,7 @@ class FileColumn:
         carried = _carried.get()
         if carried is not None and self in carried:
             return carried[self].stamp
-        try:
-            status = os.stat(self.path)
-        except OSError:
-            return ()
-        return status.st_mtime_ns, status.st_size, status.st_ino
+        return stamp_of(self.path)
 
 
 @dataclass(frozen=True, slots=True)

@@ -239,5 +239,5 @@ class SimulationDefaults:
     method: str | None = None
     rtol: float | None = None
     atol: float | None = None
-    formulation: str | None = None
+    formulation: Formulation | None = None
     mark: Mark | None = None

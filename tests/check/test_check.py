@@ -10,8 +10,9 @@ import pytest
 
 from lagrange_cli import mechanics
 from lagrange_cli.cache import open_cache
-from lagrange_cli.check import check_paths, check_scene, scenes_in
+from lagrange_cli.check import CheckOptions, check_paths, check_scene, scenes_in
 from lagrange_cli.check.expectations import CHECKS
+from lagrange_cli.check.motions import MOTION_CHECKS
 from lagrange_cli.errors import InputError, InternalError, Problem
 from tests.cli.terminal import lagrange
 
@@ -170,7 +171,7 @@ def test_every_check_is_exercised():
     # Events need contacts, which the scenes of test_expected_events have, and laws of equilibrium
     # levers: test_expected_equilibria.
     rules = {rule for rule, _ in FAILS.values()}
-    assert {"events", "equilibrium", *rules} == {*CHECKS, "error", "unknown-name"}
+    assert {"events", "equilibrium", *rules} == {*CHECKS, *MOTION_CHECKS, "error", "unknown-name"}
 
 
 @pytest.mark.slow
@@ -275,7 +276,7 @@ def test_strict_refuses_warnings(tmp_path):
     base = BEAD.replace("plane: y = 0", "plane: y = 0\n  again: 2*y = 0")
     path = written(tmp_path, base, "  dof: 1\n")
     assert check_scene(path).outcome == "pass"
-    assert check_scene(path, strict=True).outcome == "invalid"
+    assert check_scene(path, CheckOptions(strict=True)).outcome == "invalid"
 
 
 def test_parameters_replace_those_of_the_scenes(tmp_path):
@@ -283,7 +284,7 @@ def test_parameters_replace_those_of_the_scenes(tmp_path):
     assert check_scene(path).outcome == "fail"
     # A flat enough wire leaves nearly a bead at rest, x = 1.
     path = written(tmp_path, BEAD, "  state: {t: 1, x: 1, within: 1e-3}\n")
-    assert check_scene(path, parameters={"a": "1e-6"}).outcome == "pass"
+    assert check_scene(path, CheckOptions({"a": "1e-6"})).outcome == "pass"
 
 
 def test_a_crash_stays_within_its_scene(tmp_path, monkeypatch):
@@ -371,6 +372,42 @@ class TestCommand:
         assert done.returncode == 0, done.stderr
 
 
+def test_motions_of_scenes_that_say_how_long_are_integrated(tmp_path):
+    """A particle falls into a centre of attraction at t = π/(2√2), which no accuracy passes."""
+    falls = """\
+parameters: {m: 1}
+particles: {p: {mass: m, position: [r, 0, 0]}}
+coordinates: [r]
+potentials: {sun: -m/r}
+initial: {r: 1, dot(r): 0}
+simulate: {until: 5}
+"""
+    path = tmp_path / "falls.yaml"
+    path.write_text(falls)
+    asked = ["expected", "short", "full"]
+    reports = [check_scene(str(path), CheckOptions(motions=motions)) for motions in asked]
+    assert [report.outcome for report in reports] == ["pass", "pass", "fail"]
+    (problem,) = reports[2].problems
+    assert (problem.rule, problem.mark.line) == ("simulation", 6)
+    path.write_text(falls.replace("until: 5", "samples: 5"))
+    assert check_scene(str(path), CheckOptions(motions="full")).outcome == "pass"
+
+
+def test_no_check_begins_after_one_that_fails(tmp_path):
+    for name, dof in (("a", 1), ("b", 2), ("c", 1)):
+        written(tmp_path, BEAD, f"  dof: {dof}\n", f"{name}.yaml")
+    done = lagrange("check", ".", "-x", "--json", "-q", cwd=tmp_path)
+    found = json.loads(done.stdout)
+    assert [scene["outcome"] for scene in found["scenes"]] == ["pass", "fail"]
+    assert (found["unchecked"], done.returncode) == (1, 1)
+
+
+def test_limits_are_of_processes(tmp_path):
+    done = lagrange("check", "-", "--timeout", "1", input=BEAD)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "a check on standard input has no limits" in done.stderr
+
+
 PENDULUM = """
 parameters: {m: 1, l: 1, g: 9.81}
 plane: xz
@@ -414,15 +451,15 @@ def test_an_outcome_is_recalled_until_anything_it_rests_on_changes(tmp_path, cac
     scene.write_text(RECORDED, encoding="utf-8")
     recording.write_text("t,F\n0,1\n2,1\n")
 
-    def outcomes(**options: object) -> list[str]:
-        report = check_paths([str(tmp_path)], cache=open_cache(), **options)
+    def outcomes(options: CheckOptions | None = None, jobs: int = 1) -> list[str]:
+        report = check_paths([str(tmp_path)], options, cache=open_cache(), jobs=jobs)
         return [scene.outcome for scene in report.scenes]
 
     assert outcomes() == ["pass"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(mechanics, "derive", None)
         assert outcomes() == outcomes(jobs=2) == ["pass"]
-        assert outcomes(strict=True) == ["crash"]
+        assert outcomes(CheckOptions(strict=True)) == ["crash"]
     recording.write_text("t,F\n0,2\n2,2\n")
     assert outcomes() == outcomes() == ["fail"]
     recording.write_text("t,F\n0,1\n2,1\n")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.check import check_scene
-from lagrange_cli.check.expectations import ExpectedEvent, missing_events
+from lagrange_cli.check.motions import ExpectedEvent, missing_events
 from lagrange_cli.errors import Mark
 from lagrange_cli.simulate.results.trajectory import Event
 

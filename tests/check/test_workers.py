@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from lagrange_cli.check.model import SceneReport
+from lagrange_cli.check.model import Limits, SceneReport
 from lagrange_cli.check.workers import in_processes
 
 pytestmark = pytest.mark.slow
@@ -25,6 +25,8 @@ def job(path: str) -> SceneReport:
         os.kill(os.getpid(), signal.SIGKILL)
     if path.startswith("sleep"):
         time.sleep(60)
+    if path.startswith("memory"):
+        bytearray(10**10)
     return SceneReport(path, "pass", float(os.getpid()))
 
 
@@ -66,6 +68,20 @@ def test_workers_end_with_their_reader():
     started = time.monotonic()
     reports.close()
     assert time.monotonic() - started < 30
+
+
+def test_a_scene_that_takes_too_long_is_given_up():
+    found = {r.path: r for r in in_processes(["a", "sleep", "b"], 1, job, Limits(seconds=0.5))}
+    assert [found[p].outcome for p in ("a", "sleep", "b")] == ["pass", "timeout", "pass"]
+    assert found["sleep"].problems[0].rule == "limit"
+    assert 0.5 <= found["sleep"].seconds < 30
+
+
+def test_memory_is_limited():
+    found = {r.path: r for r in in_processes(["a", "memory"], 2, job, Limits(memory=2 * 10**9))}
+    assert found["a"].outcome == "pass"
+    # The job does not take the error for its scene's, as a check does.
+    assert "ended with exit code 1" in found["memory"].problems[0].message
 
 
 SCENE = """\

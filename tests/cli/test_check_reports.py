@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from xml.etree import ElementTree
 
 import pytest
@@ -12,9 +13,10 @@ from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
 from lagrange_cli.errors import Mark, Problem, escape_controls
 from lagrange_cli.notation.page import UNBROKEN
-from lagrange_cli.report.contents.check import github_annotations, junit_xml
+from lagrange_cli.report.contents.annotations import github_annotations, gitlab, junit_xml, sarif
 from lagrange_cli.report.formats import ReportForm
 from lagrange_cli.report.values.check import CHECK
+from lagrange_cli.version import __version__
 
 MARK = Mark("dir/a.yaml", 3, 7, "  dof: 2", 1)
 FAILED = SceneReport(
@@ -82,6 +84,59 @@ def test_a_file_of_a_check_has_the_format_of_its_ending(tmp_path, capsys):
     assert "1 scène\N{NO-BREAK SPACE}: 1 pass" in file.read_text()
     assert run(["check", str(tmp_path), "--language", "fr", "--format", "github"]) == 2
     assert "github is the same in every language" in capsys.readouterr().err
+
+
+def test_passing_scenes_are_left_out_of_a_brief_report_and_slow_ones_listed():
+    report = Report((FAILED, PASSED), unchecked=3, slowest=1, brief=True)
+    assert as_text(report).splitlines()[-4:] == [
+        "  Slowest scenes",
+        "  scene       outcome  seconds",
+        "  dir/b.yaml  pass        0.50",
+        "2 scenes: 1 pass, 1 fail; not checked: 3",
+    ]
+    assert "pass     dir/b.yaml" not in as_text(report)
+    assert CHECK.write(report)["unchecked"] == 3
+
+
+LATE = SceneReport("d ü.yaml", "timeout", 2.0, (Problem("ended", Mark("d ü.yaml", 1, 1)),))
+
+
+def test_sarif():
+    log = json.loads(sarif(Report((FAILED, PASSED, INVALID, LATE))))
+    assert (log["version"], len(log["runs"])) == ("2.1.0", 1)
+    run = log["runs"][0]
+    rules = [rule["id"] for rule in run["tool"]["driver"]["rules"]]
+    assert rules == ["dof", "yaml", "invalid"]
+    assert [rules[r["ruleIndex"]] for r in run["results"]] == [r["ruleId"] for r in run["results"]]
+    places = [r["locations"][0]["physicalLocation"] for r in run["results"]]
+    assert places[0]["region"] == {"startLine": 3, "startColumn": 7, "endColumn": 8}
+    uris = [place["artifactLocation"]["uri"] for place in places]
+    assert uris == ["dir/a.yaml", "c.yaml", "d%20%C3%BC.yaml"]
+    assert run["results"][0]["message"]["text"] == "expected dof 2, found 1\nK = 2"
+
+
+def test_code_quality_of_gitlab():
+    twice = Problem("again", Mark("./dir/a.yaml", 1, 1), rule="x")
+    again = Problem("again", Mark("./dir/a.yaml", 9, 1), rule="x")
+    found = json.loads(
+        gitlab(Report((FAILED, CRASHED, SceneReport("a", "fail", 0, (twice, again)))))
+    )
+    assert found[0]["location"] == {"path": "dir/a.yaml", "lines": {"begin": 3}}
+    assert [one["severity"] for one in found] == ["major", "blocker", "major", "major"]
+    assert len({one["fingerprint"] for one in found}) == 4
+    assert found[3]["location"]["path"] == "dir/a.yaml"
+
+
+def test_junit_has_folders_as_classes_and_properties():
+    suite = ElementTree.fromstring(junit_xml(Report((FAILED, INVALID))))[0]
+    cases = list(suite.iter("testcase"))
+    assert [(c.get("classname"), c.get("name")) for c in cases] == [
+        ("dir", "a.yaml"),
+        (".", "c.yaml"),
+    ]
+    properties = {p.get("name"): p.get("value") for p in suite.iter("property")}
+    assert properties["lagrange"] == __version__
+    assert cases[0].find("properties/property").get("value") == "fail"
 
 
 def test_json_is_the_contract():
@@ -156,13 +211,21 @@ def test_junit_is_xml_whatever_the_text(path, message, hint):
     root = ElementTree.fromstring(junit_xml(Report((scene, PASSED, CRASHED, INVALID))))
     (suite,) = root
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("4", "1", "2")
-    assert [len(case) for case in suite] == [1, 0, 1, 1]
-    assert suite[0][0].tag == "failure"
-    assert suite[2][0].tag == "error"
+    assert [len(case) for case in suite.iter("testcase")] == [2, 1, 2, 2]
+    assert suite[1][1].tag == "failure"
+    assert suite[3][1].tag == "error"
 
 
 @pytest.mark.parametrize(
-    "write", [ReportForm().written, ReportForm("json").written, github_annotations, junit_xml]
+    "write",
+    [
+        ReportForm().written,
+        ReportForm("json").written,
+        github_annotations,
+        gitlab,
+        sarif,
+        junit_xml,
+    ],
 )
 def test_every_format_of_an_empty_report_is_text(write):
     written = write(Report(()))

@@ -16,6 +16,7 @@ OFF = {
     *("--with", "--bounds", "--bracket", "--junit", "--animate", "--loci"),
     *("--branches", "--lyapunov", "--along", "--response"),
     *("--budget", "--sensitivity", "--section", "--plot-of", "--checkpoint", "--resume"),
+    *("--keyword", "--exclude", "--changed-since", "--timeout", "--memory"),
     *("--ensemble", "--vary", "--sample", "--members", "--reduce", "--map"),
 }
 

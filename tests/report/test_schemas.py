@@ -43,7 +43,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     "check": (
         f"check {PENDULUM}",
-        "check FOLDER/wrong.yaml",
+        "check FOLDER/wrong.yaml FOLDER/spring.yaml -x",
+        "check FOLDER/spring.yaml --timeout 0.01",
     ),
     "cache": ("cache", "cache --clear"),
     "analyze": (

@@ -14,8 +14,9 @@ from lagrange_cli.api.formats import ANALYZED, ENDINGS, completed
 from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
-from lagrange_cli.cli.commands.analysis_request import AnalysisPictures, AnalysisRequest
+from lagrange_cli.cli.format_options import of_formats
 from lagrange_cli.cli.guard import guard
+from lagrange_cli.cli.requests.analysis import AnalysisPictures, AnalysisRequest
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import deliver, page_encoding
@@ -160,7 +161,7 @@ def _frequencies(
     name="--loci",
 )
 @heading("Documents")
-@options.of_formats(ANALYZED)
+@of_formats(ANALYZED)
 @options.common
 @click.pass_context
 def analyze(

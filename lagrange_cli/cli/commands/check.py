@@ -3,64 +3,154 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
 from lagrange_cli.cli import engines, options
 from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.session import Session
-from lagrange_cli.cli.terminal.command import Command
+from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.output import deliver
-from lagrange_cli.files import write_file
+from lagrange_cli.errors import InputError
+from lagrange_cli.files import stamp_of, write_file
 from lagrange_cli.stages import Listener, heard_by
 
 if TYPE_CHECKING:
-    from lagrange_cli.api import Report, SceneReport
+    from lagrange_cli.api import (
+        CheckedMotions,
+        CheckOptions,
+        Limits,
+        Report,
+        SceneReport,
+        Selection,
+    )
     from lagrange_cli.report.formats import ReportForm
 
+#: Seconds between two looks at the files that are watched.
+_LOOKED_AFTER = 0.5
 
-def _checked(
-    session: Session,
-    paths: tuple[str, ...],
-    parameters: dict[str, str],
-    outputs: dict[str, str | None],
-    jobs: int | None,
-    scheduler: str | None,
-) -> Report:
-    """Check the scenes, with a progress bar if stderr is a terminal."""
-    from lagrange_cli.api import check_paths, scenes_in
+#: Bytes of a megabyte, in which memory is limited.
+_MEGABYTE = 10**6
 
-    done = itertools.count(1)
 
-    def tell(scene: SceneReport) -> None:
-        session.detail(f"{scene.path}: {scene.outcome} after {scene.seconds:.2f} s")
-        move(next(done) / len(scenes))
+@dataclass(frozen=True)
+class _Run:
+    """A way to check scenes.
 
-    scenes = scenes_in(paths)
-    guard_scenes(scenes, parameters, outputs)
-    with (
-        engines.cluster(session, scheduler, jobs) as cluster,
-        session.progress("checking") as move,
-        heard_by(Listener(hears=move.says)),
-    ):
-        return check_paths(
-            scenes,
-            parameters=parameters,
-            strict=session.strict,
-            jobs=jobs or 1,
-            cluster=cluster,
-            cache=session.cache,
-            progress=tell,
-        )
+    Attributes
+    ----------
+    session
+        The session of the command.
+    asked
+        Options that outcomes depend on.
+    limits
+        The most that one scene may take.
+    jobs, scheduler
+        Scenes at a time on this machine, or a cluster; None for the default.
+    stops
+        No check begins after a scene that does not pass.
+    """
+
+    session: Session
+    asked: CheckOptions
+    limits: Limits
+    jobs: int | None
+    scheduler: str | None
+    stops: bool
+
+    def __call__(self, scenes: Sequence[str]) -> Report:
+        """Check scenes, with a progress bar if stderr is a terminal."""
+        from lagrange_cli.api import check_paths, note_outcomes
+
+        session, done = self.session, itertools.count(1)
+
+        def tell(scene: SceneReport) -> None:
+            session.detail(f"{scene.path}: {scene.outcome} after {scene.seconds:.2f} s")
+            move(next(done) / len(scenes))
+
+        with (
+            engines.cluster(session, self.scheduler, self.jobs) as cluster,
+            session.progress("checking") as move,
+            heard_by(Listener(hears=move.says)),
+        ):
+            report = check_paths(
+                scenes,
+                self.asked,
+                jobs=self.jobs or 1,
+                limits=self.limits,
+                stops=self.stops,
+                cluster=cluster,
+                cache=session.cache,
+                progress=tell,
+            )
+        note_outcomes(report, session.cache)
+        return report
+
+
+@dataclass(frozen=True)
+class _Reporting:
+    """A way to report outcomes.
+
+    Attributes
+    ----------
+    form
+        Format and language.
+    output
+        File of the report; None for standard output.
+    junit
+        File of a JUnit report; None for none.
+    slowest
+        Number of the slowest scenes that are listed.
+    """
+
+    form: ReportForm
+    output: str | None
+    junit: str | None
+    slowest: int
+
+    def __call__(self, session: Session, report: Report) -> None:
+        """Report the outcomes."""
+        from lagrange_cli.report.contents.annotations import CHECK_FORMATS, junit_xml
+
+        shown = replace(report, slowest=self.slowest, brief=report.brief or session.verbosity < 0)
+        write = CHECK_FORMATS.get(self.form.format)
+        written = write(shown) if write else self.form.written(shown)
+        deliver(written, self.form.format, self.output)
+        if self.junit is not None:
+            write_file(self.junit, junit_xml(report))
+        if session.traceback:
+            for scene in report.scenes:
+                click.echo(scene.trace, err=True, nl=False)
 
 
 @click.command(cls=Command)
 @click.argument(
     "paths", nargs=-1, required=True, type=click.Path(allow_dash=True), metavar="PATH..."
 )
-@options.reporting("github", replaces=True)
-@options.file("--junit", "Write a JUnit XML report to this file as well.")
+@heading("Scenes")
+@click.option("-k", "--keyword", default="", metavar="TEXT", help="Those whose path holds TEXT.")
+@click.option(
+    "--exclude",
+    multiple=True,
+    metavar="GLOB",
+    help="None whose path, or a name in it, matches; repeatable.",
+)
+@click.option(
+    "--changed-since",
+    metavar="REV",
+    help="Those that differ from a revision of git, or read files that do.",
+)
+@click.option("--only-failed", is_flag=True, help="Those that did not pass in the last run.")
+@heading("Run")
+@click.option(
+    "--simulate", is_flag=True, help="Integrate the first tenth of each scene with until, too."
+)
+@click.option("--full", is_flag=True, help="Integrate to the end of each; implies --simulate.")
+@options.parameters
 @click.option(
     "-j",
     "--jobs",
@@ -68,37 +158,111 @@ def _checked(
     help="Check this many scenes at the same time.  [default: 1]",
 )
 @engines.on("Check scenes")
-@options.parameters
+@click.option("-x", "--exitfirst", is_flag=True, help="Stop after a scene that does not pass.")
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    metavar="SECONDS",
+    help="Give a scene up after this time.",
+)
+@click.option(
+    "--memory",
+    type=click.IntRange(200),
+    metavar="MB",
+    help="Give a scene up that takes more memory.",
+)
+@click.option("--watch", is_flag=True, help="Go on, and check again what is changed.")
+@heading("Output")
+@options.reporting("github", "gitlab", "sarif", replaces=True)
+@options.file("--junit", "Write a JUnit XML report to this file as well.")
 @options.file(
     "-o --output", "Write the report to this file.  [default: standard output]", metavar="PATH"
+)
+@click.option(
+    "--durations",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="List the N slowest scenes.",
 )
 @options.common
 @click.pass_context
 def check(
     ctx: click.Context,
     paths: tuple[str, ...],
-    form: ReportForm,
-    junit: str | None,
+    keyword: str,
+    exclude: tuple[str, ...],
+    changed_since: str | None,
+    only_failed: bool,
+    simulate: bool,
+    full: bool,
+    parameters: dict[str, str],
     jobs: int | None,
     scheduler: str | None,
-    parameters: dict[str, str],
+    exitfirst: bool,
+    timeout: float | None,
+    memory: int | None,
+    watch: bool,
+    form: ReportForm,
+    junit: str | None,
     output: str | None,
+    durations: int,
 ) -> None:
     """Validate, derive and certify scenes, and compare them with their section expect.
 
     PATH is a scene, a folder (searched for *.yaml and *.yml), or - for standard input.
     """
-    session = ctx.ensure_object(Session)
-    outputs = {"-o": output, "--junit": junit}
-    report = _checked(session, paths, parameters, outputs, jobs, scheduler)
-    from lagrange_cli.report.contents.check import github_annotations, junit_xml
+    from lagrange_cli.api import CheckOptions, Limits, Selection, scenes_in
 
-    is_github = form.format == "github"
-    written = github_annotations(report) if is_github else form.written(report)
-    deliver(written, form.format, output)
-    if junit is not None:
-        write_file(junit, junit_xml(report))
-    if session.traceback:
-        for scene in report.scenes:
-            click.echo(scene.trace, err=True, nl=False)
+    if watch and "-" in paths:
+        raise click.UsageError("--watch: standard input is read once")
+    session = ctx.ensure_object(Session)
+    selection = Selection(keyword, exclude, changed_since, only_failed)
+    scenes = selection.selected(scenes_in(paths), session.cache)
+    guard_scenes(scenes, parameters, {"-o": output, "--junit": junit})
+    motions: CheckedMotions = "full" if full else "short" if simulate else "expected"
+    run = _Run(
+        session,
+        CheckOptions(parameters, session.strict, motions),
+        Limits(timeout, None if memory is None else memory * _MEGABYTE),
+        jobs,
+        scheduler,
+        exitfirst,
+    )
+    reporting = _Reporting(form, output, junit, durations)
+    report = run(scenes)
+    reporting(session, report)
+    if watch:
+        _watch(report, paths, Selection(keyword, exclude), run, reporting)
     ctx.exit(report.exit_code)
+
+
+def _watch(
+    report: Report, paths: Sequence[str], selection: Selection, run: _Run, reporting: _Reporting
+) -> NoReturn:
+    """Check scenes again whenever they, or files that they read, change; until Ctrl-C."""
+    from lagrange_cli.api import Report, scenes_in
+
+    outcomes = {scene.path: scene for scene in report.scenes}
+    known = {path: _stamps(path) for path in selection.selected(scenes_in(paths), None)}
+    run.session.remark("watching; Ctrl-C ends")
+    while True:
+        time.sleep(_LOOKED_AFTER)
+        try:
+            scenes = selection.selected(scenes_in(paths), None)
+        except InputError:
+            continue  # An editor may replace a file by another one.
+        changed = [path for path in scenes if known.get(path) != _stamps(path)]
+        if changed or known.keys() != set(scenes):
+            known = {path: _stamps(path) for path in scenes}
+            outcomes |= {scene.path: scene for scene in run(changed).scenes}
+            together = Report(tuple(outcomes[path] for path in scenes if path in outcomes))
+            reporting(run.session, replace(together, brief=True))
+
+
+def _stamps(scene: str) -> list[tuple[int, ...]]:
+    """Return numbers that usually change when a scene, or a file that it reads, does."""
+    from lagrange_cli.api import files_of
+
+    return [stamp_of(path) for path in files_of(scene)]

@@ -11,6 +11,7 @@ from lagrange_cli.api.formats import DERIVED, FORMS, completed
 from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
+from lagrange_cli.cli.format_options import of_formats
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
@@ -64,7 +65,7 @@ if TYPE_CHECKING:
     "tex",
 )
 @heading("Documents")
-@options.of_formats(DERIVED)
+@of_formats(DERIVED)
 @options.common
 @click.pass_obj
 def derive(

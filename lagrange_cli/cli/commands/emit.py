@@ -14,6 +14,7 @@ from lagrange_cli.api.formats import EMITTERS, Emitter, FormatList
 from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.cli import options
+from lagrange_cli.cli.format_options import of_formats
 from lagrange_cli.cli.guard import guard, guard_folder
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
@@ -124,7 +125,7 @@ def _refuse_several(chosen: Emitter, scene: str, folder: str) -> None:
 @options.formulation("auto", "auto")
 @options.steps
 @heading("Documents and code")
-@options.of_formats({name: format_.options for name, format_ in EMITTERS.items()})
+@of_formats({name: format_.options for name, format_ in EMITTERS.items()})
 @options.common
 @click.pass_obj
 def emit(

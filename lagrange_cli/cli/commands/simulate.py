@@ -16,8 +16,8 @@ from lagrange_cli.api.remembered import read_source
 from lagrange_cli.api.remembered_scene import RememberedScene
 from lagrange_cli.api.simulations import SimulationRequest
 from lagrange_cli.cli import options
-from lagrange_cli.cli.commands import ensemble, sections
 from lagrange_cli.cli.guard import checkpoint_files, guard
+from lagrange_cli.cli.requests import ensemble, sections
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
 from lagrange_cli.cli.terminal.interrupts import Interrupts, OverdueError, noted_interrupts, within

@@ -44,6 +44,7 @@ _OUTCOMES = {
     "pass": "Scenes that pass.",
     "fail": "Scenes with an expectation that does not hold.",
     "invalid": "Scenes that are refused.",
+    "timeout": "Scenes whose check reached a limit of time or memory.",
     "crash": "Scenes that the program failed on.",
 }
 _SCENE: JsonObject[SceneReport] = JsonObject(
@@ -51,15 +52,26 @@ _SCENE: JsonObject[SceneReport] = JsonObject(
     Key(
         "outcome",
         one_of(*_OUTCOMES),
-        "fail: an expectation does not hold; invalid: the scene is refused; crash: a defect of the"
-        " program.",
+        "fail: an expectation does not hold; invalid: the scene is refused; timeout: its check"
+        " reached a limit of time or memory; crash: a defect of the program.",
     ),
     Key("seconds", NUMBER, "Wall clock of its check.", lambda scene: round(scene.seconds, 3)),
     Key("problems", list_of(PROBLEM), "Why it does not pass."),
 )
 CHECK: JsonObject[Report] = JsonObject(
     Key("scenes", list_of(_SCENE), "The scenes, in the order in which they were named."),
-    Key("summary", counts(_OUTCOMES, "invalid", "crash"), "Number of scenes of each outcome."),
+    Key(
+        "summary",
+        counts(_OUTCOMES, "invalid", "timeout", "crash"),
+        "Number of scenes of each outcome.",
+    ),
+    Key(
+        "unchecked",
+        INTEGER,
+        "Number of scenes that were not checked after one that did not pass, with -x.",
+        lambda report: report.unchecked or None,
+        optional=True,
+    ),
 )
 
 # The cache.
