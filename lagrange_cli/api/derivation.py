@@ -222,7 +222,7 @@ class Derivation(Derived, Reported):
 
         chosen = {"sections": ",".join(sections)} if sections else {}
         complete = completed("html", HTML_OPTIONS, {**chosen, **options})
-        document, language = asked_document(self.equations, complete, None)
+        document, language = asked_document("html", self.equations, complete, None)
         return Shown(document, language.code)
 
     @property

@@ -14,7 +14,7 @@ from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import heading
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import check_writable, ending_of, is_address
-from lagrange_cli.report.document_options import ENDINGS, format_of
+from lagrange_cli.report.document_options import ENDINGS, EXERCISES, format_of
 from lagrange_cli.report.formats import FORMATS, ReportForm
 from lagrange_cli.report.phrases.language import LANGUAGES
 
@@ -186,9 +186,9 @@ def jobs(what: str) -> Callable[[_Command], _Command]:
     )
 
 
-def way_of(steps: bool, by: Way | None) -> Way | None:
-    """Return the way of the steps that ``--steps`` and ``--by`` ask for; None for no steps."""
-    return by or ("lagrange" if steps else None)
+def way_of(steps: bool, by: Way | None, chosen: Mapping[str, str | bool | None]) -> Way | None:
+    """Return the way of the steps that options, those of documents too, ask for; else None."""
+    return by or ("lagrange" if steps or chosen.get("style") in EXERCISES else None)
 
 
 def cores() -> int:

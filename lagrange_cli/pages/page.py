@@ -117,12 +117,12 @@ def _head(equations: Equations, trajectory: Trajectory, say: Language) -> Iterat
 
 
 def _header(equations: Equations, say: Language) -> Iterator[str]:
-    yield f"<header>\n{body_html(titled(equations, '', ()), say)}\n</header>"
+    yield f"<header>\n{body_html(titled(equations), say)}\n</header>"
 
 
 def _report(equations: Equations, say: Language) -> str:
     options = {**DEFAULTS, "sections": _SECTIONS, "language": say.code}
-    document, _ = asked_document(equations, options, None)
+    document, _ = asked_document("html", equations, options, None)
     return body_html(replace(document, title="", description=""), say)
 
 

@@ -97,13 +97,18 @@ def _sections_without_sketch(why: str) -> Option:
     return replace(_SECTIONS, choices=names, refused={"sketch": why})
 
 
+#: Styles that hold a problem without its solution, and the steps that solve it.
+EXERCISES = ("exercise", "solution")
+
+_STYLE = Option(
+    "style",
+    "the kind of text; exercise is the problem alone, solution its steps",
+    choices=("document", *EXERCISES),
+    default="document",
+)
+
 LATEX_OPTIONS = (
-    Option(
-        "style",
-        "the kind of text",
-        choices=("document", "beamer", "snippet"),
-        default="document",
-    ),
+    replace(_STYLE, choices=("document", "beamer", "snippet", *EXERCISES)),
     FORM,
     _SECTIONS,
     Option(
@@ -120,15 +125,17 @@ LATEX_OPTIONS = (
 )
 
 MARKDOWN_OPTIONS = (
+    _STYLE,
     FORM,
     _sections_without_sketch("Markdown holds no pictures: lagrange emit SCENE --to svg writes one"),
     _LANGUAGE,
     _WRITTEN_OUT,
 )
 
-HTML_OPTIONS = (FORM, _SECTIONS, _LANGUAGE, _WRITTEN_OUT)
+HTML_OPTIONS = (_STYLE, FORM, _SECTIONS, _LANGUAGE, _WRITTEN_OUT)
 
 TYPST_OPTIONS = (
+    _STYLE,
     FORM,
     _sections_without_sketch("lagrange emit SCENE --to svg writes one for image(...)"),
     _LANGUAGE,
@@ -168,6 +175,11 @@ class DocumentFormat:
     module: str
     options: tuple[Option, ...]
 
+    @property
+    def draws(self) -> bool:
+        """True if its documents hold the sketch of a system."""
+        return _SECTIONS in self.options
+
 
 #: Every format of documents by its name; a format is listed here and nowhere else.
 DOCUMENTS = {
@@ -199,11 +211,17 @@ DERIVED: dict[str, tuple[Option, ...]] = {
 }
 
 #: Format of ``analyze --format`` → its options. The parts of an analysis are options of the
-#: command, and a family's elements are always written out.
+#: command, a family's elements are always written out, and no exercise asks for it.
 ANALYZED: dict[str, tuple[Option, ...]] = {
     "text": (_LANGUAGE,),
     **{
-        name: tuple(o for o in one.options if o.name not in _OF_DERIVATIONS)
+        name: tuple(
+            replace(o, choices=o.choices[: -len(EXERCISES)], help="the kind of text")
+            if o.name == "style"
+            else o
+            for o in one.options
+            if o.name not in _OF_DERIVATIONS and o is not _STYLE
+        )
         for name, one in DOCUMENTS.items()
     },
     "json": (),

@@ -177,9 +177,10 @@ def table_of(
 
 @dataclass(frozen=True)
 class Bullets(Visible):
-    """A list."""
+    """A list; ``counted``: with numbers, by which its items are referred to."""
 
     items: tuple[Text, ...]
+    counted: bool = False
 
 
 @dataclass(frozen=True)

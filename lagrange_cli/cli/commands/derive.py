@@ -102,7 +102,7 @@ def derive(
     forces = forces or options.asks_for_forces(written_with)
 
     formulation: Formulation = "multiplier" if form == "multiplier" else "auto"
-    way = options.way_of(steps, by)
+    way = options.way_of(steps, by, chosen)
     form = "lagrange" if form == "multiplier" else form
 
     asked = replace(asked, forces=forces, formulation=formulation, steps=way)

@@ -145,7 +145,7 @@ def emit(
     TikZ and SVG are sketches of the system at its start."""
     format_ = EMITTERS[to]
     target = _Target.of(output, format_, scene)
-    way = options.way_of(steps, by)
+    way = options.way_of(steps, by, chosen)
     if way is not None and not format_.shows_steps:
         shown = " and ".join(name for name, format_ in EMITTERS.items() if format_.shows_steps)
         raise click.UsageError(f"format '{to}' has no steps; --steps is for {shown}")

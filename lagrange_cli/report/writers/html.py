@@ -206,10 +206,10 @@ class HtmlSetter(RowSetter):
                 yield self._numbered(self.rows(block), part if result else "")
             case tree.Table():
                 yield from self._table(block)
-            case tree.Bullets(items):
-                yield "<ul>"
+            case tree.Bullets(items, counted):
+                yield "<ol>" if counted else "<ul>"
                 yield from (f"<li>{self.text(item)}</li>" for item in items)
-                yield "</ul>"
+                yield "</ol>" if counted else "</ul>"
             case tree.Labelled(rows):
                 yield "<dl>"
                 yield from (f"<dt>{self.text(a)}</dt><dd>{self.text(b)}</dd>" for a, b in rows)

@@ -64,8 +64,9 @@ def _block(block: tree.PlainBlock, setter: Typesetter) -> Iterator[str]:
                 for row in (heads, dashes, *rows)
             )
             yield "\n".join(f"| {line} |" for line in lines)
-        case tree.Bullets(items):
-            yield "\n".join(f"- {item}" for item in map(setter.text, items))
+        case tree.Bullets(items, counted):
+            shown = enumerate(map(setter.text, items), 1)
+            yield "\n".join(f"{f'{k}.' if counted else '-'} {item}" for k, item in shown)
         case tree.Labelled(rows):
             terms = (
                 say("{name}: {value}", name=f"**{setter.text(label)}**", value=text)

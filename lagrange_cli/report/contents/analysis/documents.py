@@ -139,7 +139,7 @@ def analysis_page(analysis: Analysis, *, ascii: bool = False, code: str = "en") 
 @contents_of.register
 def analysis_contents(analysis: Analysis) -> Document:
     """Return what a document holds of an analysis."""
-    return asked_document(analysis.equations, DEFAULTS, _content(analysis))[0]
+    return asked_document("html", analysis.equations, DEFAULTS, _content(analysis))[0]
 
 
 def _content(analysis: Analysis) -> Content:

@@ -8,9 +8,17 @@ from dataclasses import dataclass
 from lagrange_cli.emit.base import OptionValue
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.report.contents.derivation.contents import contents
+from lagrange_cli.report.contents.derivation.exercises import exercise, exercise_parts
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.document_options import DEFAULTS, ENDINGS, sections_of, writer_of
-from lagrange_cli.report.inlines import Prose
+from lagrange_cli.report.document_options import (
+    DEFAULTS,
+    DOCUMENTS,
+    ENDINGS,
+    EXERCISES,
+    sections_of,
+    writer_of,
+)
+from lagrange_cli.report.inlines import Prose, Text, say
 from lagrange_cli.report.phrases.language import Language, language
 from lagrange_cli.report.registry import contents_of
 from lagrange_cli.report.tree import Document, Section, seen
@@ -28,47 +36,73 @@ class Content:
         The subject, for a comment at the beginning of a file.
     write
         Writes the sections.
+    titled
+        Makes the title of the document of that of the scene.
+    draws
+        True if the document holds the sketch of the system.
     """
 
     about: str
     write: Callable[[DocumentWriter], list[Section]]
+    titled: Callable[[Text], Text] = lambda title: title
+    draws: bool = False
 
     def sections(self, writer: DocumentWriter) -> list[Section]:
         """Return the sections of a document."""
         return seen(self.write(writer), "document")
 
 
-def asked_content(equations: Equations, options: Mapping[str, OptionValue]) -> Content:
-    """Return the content of a document of a derivation that options of the registry ask for."""
+def asked_content(to: str, equations: Equations, options: Mapping[str, OptionValue]) -> Content:
+    """Return the content of a document of a derivation that options of a format ask for."""
+    style, form = str(options["style"]), str(options["form"])
+    if style in EXERCISES:
+        parts = exercise_parts(equations, options, draws=DOCUMENTS[to].draws)
+        draws = "sketch" in parts
+        if style == "exercise":
+            return Content(
+                "an exercise",
+                lambda writer: exercise(writer, parts, form),
+                lambda title: say("Exercise: {title}", title=title),
+                draws,
+            )
+        return Content(
+            "solution of an exercise",
+            lambda writer: contents(writer, parts, form),
+            lambda title: say("Solution: {title}", title=title),
+            draws,
+        )
     parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
-    return derivation_content(equations, parts, str(options["form"]))
+    return derivation_content(equations, parts, form)
 
 
-def titled(equations: Equations, about: str, sections: Iterable[Section]) -> Document:
+def titled(
+    equations: Equations, content: Content | None = None, sections: Iterable[Section] = ()
+) -> Document:
     """Return a document about a scene, under the title that the scene gives itself."""
     shown = equations.presentation
-    title = Prose(shown.title or shown.name)
+    title: Text = Prose(shown.title or shown.name)
+    title, about = (title, "") if content is None else (content.titled(title), content.about)
     description = Prose(shown.description) if shown.description else ""
     return Document(shown.name, about, title, tuple(sections), description, equations)
 
 
 def asked_document(
-    equations: Equations, options: Mapping[str, OptionValue], content: Content | None
+    to: str, equations: Equations, options: Mapping[str, OptionValue], content: Content | None
 ) -> tuple[Document, Language]:
-    """Return a document that options of the registry ask for, and the language of its words.
+    """Return a document that options of a format ask for, and the language of its words.
 
     ``content`` is by default that of the derivation.
     """
-    content = content or asked_content(equations, options)
+    content = content or asked_content(to, equations, options)
     writer = DocumentWriter(equations, written_out=bool(options["written_out"]))
-    document = titled(equations, content.about, content.sections(writer))
+    document = titled(equations, content, content.sections(writer))
     return document, language(str(options["language"]))
 
 
 @contents_of.register
 def derivation_document(equations: Equations) -> Document:
     """Return the parts of a derivation that a document has by default."""
-    return asked_document(equations, DEFAULTS, None)[0]
+    return asked_document("html", equations, DEFAULTS, None)[0]
 
 
 def written_document(
@@ -100,8 +134,9 @@ def written_document(
     if to == "latex":
         files: dict[str, str] = writer_of(to, "emit")(equations, options, content)
         return files
-    document, say = asked_document(equations, options, content)
-    return {f"{document.name}{ENDINGS[to]}": writer_of(to, "report")(document, say)}
+    document, language_of_words = asked_document(to, equations, options, content)
+    text = writer_of(to, "report")(document, language_of_words)
+    return {f"{document.name}{ENDINGS[to]}": text}
 
 
 def derivation_content(equations: Equations, parts: Collection[str], form: str) -> Content:

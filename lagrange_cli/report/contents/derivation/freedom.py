@@ -82,6 +82,18 @@ def freedom(
     )
 
 
+def stated(writer: DocumentWriter) -> Section | None:
+    """Return the constraints and the coordinates of a scene, without a count of freedom.
+
+    Coordinates that the program chose are left to be chosen.
+    """
+    items = tuple(replace(row, remark="").item for row in _statement_rows(writer))
+    chosen = writer.equations.derivation.account.chosen_automatically
+    coordinates = () if chosen else _coordinates(writer, positions=True)
+    heading = say("Constraints") if items else say("Coordinates")
+    return section(heading, Bullets(items) if items else None, *coordinates)
+
+
 def _formulation(writer: DocumentWriter) -> Iterator[Block]:
     """Say which formulation was taken, to readers who can choose another one."""
     choice = choice_line(writer.equations)
@@ -102,11 +114,7 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     """Return the constraints as the scene writes them, with what is to be said of each."""
     account = writer.equations.derivation.account
     implied, kind = implied_line(writer.equations), common_kind(writer.equations)
-    rows = []
-    for line in account_lines(writer.equations, writer.families):
-        pairs = ((_statement(writer, text), spans) for text, spans in line.equations)
-        shown = tuple((text, Inline(ranges(spans)) if spans else "") for text, spans in pairs)
-        rows.append(StatementRow(Plain(line.name), shown, line.remark or ""))
+    rows = list(_statement_rows(writer))
     further = [] if implied is None else [StatementRow(say("(implied)"), ((implied, ""),))]
     further += [] if kind is None else [StatementRow(say("(all)"), ((kind, ""),))]
     if rows or further:
@@ -123,6 +131,13 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
     items += [] if implied is None else [implied]
     items += [] if kind is None else [say("{name}: {value}", name=say("all"), value=kind)]
     yield Bullets(tuple(items), only="document")
+
+
+def _statement_rows(writer: DocumentWriter) -> Iterator[StatementRow]:
+    for line in account_lines(writer.equations, writer.families):
+        pairs = ((_statement(writer, text), spans) for text, spans in line.equations)
+        shown = tuple((text, Inline(ranges(spans)) if spans else "") for text, spans in pairs)
+        yield StatementRow(Plain(line.name), shown, line.remark or "")
 
 
 _SIGNS: dict[str, Label | str] = {"=": "=", "<=": AT_MOST, ">=": AT_LEAST}

@@ -104,8 +104,9 @@ def latex_frames(equations: Equations, options: LatexOptions) -> str:
         for subtitle, part in _ideas(section, setter)
     ]
     frames = [_frame(together) for together in _filled([opening, *ideas])]
+    about = options.shown(equations).about
     preamble = [
-        f"% {latex_text(equations.presentation.name)}: {options.about}, written by lagrange",
+        f"% {latex_text(equations.presentation.name)}: {about}, written by lagrange",
         _PREAMBLE
         + ("\\usepackage{tikz}\n" if "sketch" in options.parts else "")
         + setter.definitions(chain(*frames))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.layout import joined, prefixed
 from lagrange_cli.notation.symbols import latex_text
-from lagrange_cli.report.contents.derivation.documents import derivation_content, titled
+from lagrange_cli.report.contents.derivation.documents import titled
 from lagrange_cli.report.contents.derivation.motion import (
     accelerations,
     closure_rows,
@@ -18,7 +18,7 @@ from lagrange_cli.report.contents.derivation.motion import (
 )
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.forms.contents import FORMS
-from lagrange_cli.report.document_options import length
+from lagrange_cli.report.document_options import EXERCISES, length
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import ENGLISH
 from lagrange_cli.report.tree import formulas
@@ -55,7 +55,7 @@ _MARGINS, _A4 = 50, 210
 def latex_document(equations: Equations, options: LatexOptions | None = None) -> str:
     """A document that pdfLaTeX compiles by itself: system, freedom, L, motion, conservation."""
     options = options or LatexOptions()
-    document = titled(equations, options.about, options.sections(equations))
+    document = titled(equations, options.shown(equations), options.sections(equations))
     return _document_latex(document, options)
 
 
@@ -138,7 +138,6 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
     )
     title = latex_text(equations.presentation.title or equations.presentation.name)
     needs = "amsmath and tikz" if "sketch" in options.parts else "amsmath"
-    content = options.content or derivation_content(equations, options.parts, options.form)
     is_alone = options.parts == ("equations",) and options.form not in FORMS
     if equations.derivation.steps is None and is_alone and options.content is None:
         rows = accelerations(writer) if options.form == "explicit" else lagrange_equations(writer)
@@ -150,11 +149,15 @@ def latex_snippet(equations: Equations, options: LatexOptions) -> str:
         body += [] if note is None else [setter.text(note.text)]
     else:
         body = list(_run_in(options.sections(equations), setter))
-    heading = f"% {title}: {content.about} (needs {needs})\n"
+    heading = f"% {title}: {options.shown(equations).about} (needs {needs})\n"
     return heading + setter.definitions(body) + "\n".join(body).rstrip() + "\n"
 
 
-_STYLES = {"document": latex_document, "beamer": latex_frames, "snippet": latex_snippet}
+_STYLES = {
+    "beamer": latex_frames,
+    "snippet": latex_snippet,
+    **dict.fromkeys(("document", *EXERCISES), latex_document),
+}
 
 
 def emit_latex(

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.pictures.sketch.tikz import tikz_picture
-from lagrange_cli.report.contents.derivation.documents import Content, derivation_content
+from lagrange_cli.report.contents.derivation.documents import (
+    Content,
+    asked_content,
+    derivation_content,
+)
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
-from lagrange_cli.report.document_options import DEFAULT_SECTIONS, length, sections_of
+from lagrange_cli.report.document_options import DEFAULT_SECTIONS, EXERCISES, length, sections_of
 from lagrange_cli.report.inlines import Lettering
 from lagrange_cli.report.phrases.language import ENGLISH, Language, language
 from lagrange_cli.report.writers.latex.letters import LatexLetters, Macros
@@ -37,7 +41,7 @@ class LatexOptions:
     Attributes
     ----------
     style
-        ``document``, ``beamer`` or ``snippet``.
+        ``document``, ``beamer``, ``snippet``, ``exercise`` or ``solution``.
     form
         ``lagrange`` or ``explicit``.
     parts
@@ -75,7 +79,11 @@ class LatexOptions:
     ) -> LatexOptions:
         """Read complete options."""
         style = str(options["style"])
+        if style in EXERCISES:
+            content = asked_content("latex", equations, options)
         parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
+        if content is not None and content.draws:
+            parts = (*parts, "sketch")
         if style == "snippet" and options["sections"] == DEFAULT_SECTIONS:
             parts = _SNIPPET if equations.derivation.steps is None else _STEPS_SNIPPET
         numbered = options["numbers"] == "on"
@@ -91,13 +99,11 @@ class LatexOptions:
 
     def sections(self, equations: Equations) -> list[Section]:
         """Return the sections of the document."""
-        content = self.content or derivation_content(equations, self.parts, self.form)
-        return content.sections(self.writer(equations))
+        return self.shown(equations).sections(self.writer(equations))
 
-    @property
-    def about(self) -> str:
-        """Return the subject of the document, for a comment."""
-        return "equations of motion" if self.content is None else self.content.about
+    def shown(self, equations: Equations) -> Content:
+        """Return what the document holds."""
+        return self.content or derivation_content(equations, self.parts, self.form)
 
     @property
     def _points(self) -> float:

@@ -115,8 +115,8 @@ class Typesetter(RowSetter):
                 return self.display(self.rows(block), part, numbered=result and self.numbered)
             case tree.Table():
                 return self._table(block)
-            case tree.Bullets(items):
-                return _list(map(self.text, items))
+            case tree.Bullets(items, counted):
+                return _list(map(self.text, items), "enumerate" if counted else "itemize")
             case tree.Labelled(rows):
                 terms = (
                     say("{name}: {value}", name=rf"\textbf{{{self.text(a)}}}", value=b)
@@ -262,11 +262,12 @@ _ALONE = r"\rlap"
 #: Within a display that a sentence goes on after: no page ends there.
 _UNBROKEN = r"\postdisplaypenalty=10000 "
 
-_BULLETS = r"\begin{itemize}\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
+_TIGHT = r"\setlength{\itemsep}{0pt}\setlength{\parskip}{0pt}"
 
 
-def _list(items: Iterable[str]) -> list[str]:
-    return [_BULLETS, *(rf"  \item {item}" for item in items), r"\end{itemize}"]
+def _list(items: Iterable[str], kind: str = "itemize") -> list[str]:
+    shown = (rf"  \item {item}" for item in items)
+    return [rf"\begin{{{kind}}}{_TIGHT}", *shown, rf"\end{{{kind}}}"]
 
 
 def letter_count(text: str) -> int:

@@ -88,8 +88,12 @@ class SectionRows:
                 return [Row("", " " * _FORMULA_INDENT, words(text(shown)))]
             case tree.Table():
                 return self._table(block)
-            case tree.Bullets(items):
-                return [Row("", "  - ", words(text(item))) for item in items]
+            case tree.Bullets(items, counted):
+                signs = (f"{k}." if counted else "-" for k, _ in enumerate(items, 1))
+                return [
+                    Row("", f"  {sign} ", words(text(item)))
+                    for sign, item in zip(signs, items, strict=True)
+                ]
             case tree.Labelled(pairs):
                 return self._labelled([(text(label), text(shown)) for label, shown in pairs])
             case tree.Statements(statements):

@@ -72,8 +72,8 @@ class Typesetter(RowSetter):
                 yield from self.numbered(rows, part) if result else [self._display(rows)]
             case tree.Table():
                 yield from self._table(block)
-            case tree.Bullets(items):
-                yield from (f"- {item}" for item in map(self.text, items))
+            case tree.Bullets(items, counted):
+                yield from (f"{'+' if counted else '-'} {item}" for item in map(self.text, items))
             case tree.Labelled(rows):
                 yield from (f"/ {self.text(a)}: {self.text(b)}" for a, b in rows)
             case tree.Verbatim(lines):

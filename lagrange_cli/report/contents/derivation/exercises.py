@@ -1,0 +1,143 @@
+"""An exercise: what a problem gives and what it asks for, of which steps are the solution."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.emit.base import OptionValue
+from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.pictures.sketch.svg import emit_svg
+from lagrange_cli.report.contents.derivation.freedom import stated
+from lagrange_cli.report.contents.derivation.system import inputs, system, tables
+from lagrange_cli.report.contents.derivation.writer import DocumentWriter
+from lagrange_cli.report.contents.steps.energies import dissipation
+from lagrange_cli.report.contents.steps.writer import StepsWriter
+from lagrange_cli.report.document_options import DEFAULT_SECTIONS, sections_of
+from lagrange_cli.report.inlines import Plain, Written, named, say
+from lagrange_cli.report.tree import (
+    Bullets,
+    Part,
+    Picture,
+    Section,
+    Title,
+    formulas,
+    section,
+    sections,
+)
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
+
+#: Parts of a document that the solution of an exercise leaves to the problem, or out.
+_UNSOLVED = ("system", "certificate")
+
+
+def exercise_parts(
+    equations: Equations, options: Mapping[str, OptionValue], *, draws: bool
+) -> tuple[str, ...]:
+    """Return the parts of a document that an exercise asks for, or that its solution holds.
+
+    ``draws``: true if the format holds a sketch, which a problem has where there is one.
+
+    Raises
+    ------
+    InputError
+        Steps were not derived, or constraint forces that are asked for.
+    """
+    derivation = equations.derivation
+    if derivation.steps is None:
+        hint = "derive(steps='lagrange')"
+        raise InputError(Problem("steps were not derived", hint=hint, rule="usage"))
+    parts = sections_of(options, forces=derivation.constraint_forces is not None)
+    if options["sections"] != DEFAULT_SECTIONS:
+        return parts
+    if options["style"] == "solution":
+        return tuple(part for part in parts if part not in _UNSOLVED)
+    return (*parts, "sketch") if draws and _is_drawable(equations) else parts
+
+
+def _is_drawable(equations: Equations) -> bool:
+    try:
+        emit_svg(equations, {})
+    except InputError:
+        return False
+    return True
+
+
+def exercise(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
+    """Return the problem: the sketch, the system as the scene states it, and what is asked."""
+    return list(
+        sections(
+            section("", Picture()) if "sketch" in parts else None,
+            system(writer),
+            stated(writer),
+            inputs(writer),
+            tables(writer),
+            *_applied(writer),
+            section(say("Tasks"), Bullets(tuple(_tasks(writer, parts, form)), counted=True)),
+        )
+    )
+
+
+def _applied(writer: DocumentWriter) -> Iterator[Section | None]:
+    """Yield energies and forces over the names that the scene writes them in."""
+    steps = writer.equations.derivation.steps
+    assert steps is not None
+    board = StepsWriter(writer.equations, steps=steps, omission=writer.omission)
+    rows = [
+        *(
+            board.row(named(say("kinetic energy {name}", name=Plain(term.name))), term.written)
+            for term in steps.kinetic
+        ),
+        *(
+            board.row(named(say("potential {name}", name=Plain(term.name))), term.written)
+            for term in steps.potentials
+        ),
+    ]
+    blocks: list[Part] = [formulas(rows)]
+    for force in steps.forces:
+        name, on = Plain(force.name), Plain(force.on)
+        blocks.append(Title(say("The force {name} on {place}:", name=name, place=on)))
+        rows = [board.row(board.force(along), value) for along, value in force.components]
+        blocks.append(formulas(rows))
+    yield section(say("Energies and forces"), *blocks)
+    yield dissipation(board)
+
+
+#: Form of the equations → the task of bringing them into it.
+_FORMS = {
+    "explicit": say("Solve them for the accelerations."),
+    "first-order": say("Write them as equations of first order."),
+    "hamiltonian": say("Find the Hamiltonian and the canonical equations."),
+    "routhian": say("Eliminate the cyclic coordinates with Routh's function."),
+    "small-oscillations": say("Find the small oscillations about equilibrium."),
+}
+
+_WAYS = {
+    "lagrange": say("Derive the equations of motion by Lagrange's equations."),
+    "dalembert": say("Derive the equations of motion by d'Alembert's principle."),
+    "virtual-work": say("Find the equilibria by the principle of virtual work."),
+}
+
+
+def _tasks(writer: DocumentWriter, parts: Collection[str], form: str) -> Iterator[Written]:
+    """Yield a task for each part of the document that is asked for."""
+    derivation = writer.equations.derivation
+    assert derivation.steps is not None
+    if "account" in parts:
+        yield say("Count the degrees of freedom.")
+        if derivation.account.chosen_automatically:
+            yield say("Choose generalized coordinates.")
+    if "energies" in parts:
+        yield say("Write the kinetic energy, the potential and the Lagrangian.")
+    if "equations" in parts:
+        yield _WAYS[derivation.steps.way]
+        if form in _FORMS:
+            yield _FORMS[form]
+    if "result" in parts and form != "explicit":
+        yield _FORMS["explicit"]
+    if "forces" in parts and derivation.constraint_forces is not None:
+        yield say("Find the constraint forces.")
+    if "conserved" in parts and derivation.steps.of_motion:
+        yield say("Name the cyclic coordinates and what is conserved, each with its reason.")

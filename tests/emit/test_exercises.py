@@ -1,0 +1,76 @@
+"""Exercises hold the problem and nothing of its solution, which the other style holds."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.errors import InputError
+from tests.emit.test_latex import compiled
+from tests.systems.shipped import derived
+
+#: Documents that hold no picture, and those that do.
+FORMATS = {"latex": True, "markdown": False, "typst": False, "html": True}
+
+
+def written(to: str, name: str, **options: str) -> str:
+    equations = derived(name, steps="lagrange")
+    (text,) = EMITTERS[to].emit(equations, {"style": "exercise", **options}).values()
+    return text
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_an_exercise_gives_the_problem_and_asks(to: str) -> None:
+    text = written(to, "masses_through_hole")
+    assert "Exercise: Mass on a table" in text
+    assert text.index("Constraints") < text.index("potential weight")
+    assert text.index("potential weight") < text.index("Count the degrees of freedom")
+    assert text.index("Count the") < text.index("Derive the") < text.index("Name the cyclic")
+    assert ("<svg" in text or "tikzpicture" in text) == FORMATS[to]
+    assert not re.search(r"K = 4|ddot|overset|&#xA8;|¨|r̈", text), "an acceleration gives it away"
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_a_solution_has_the_steps_and_not_the_problem(to: str) -> None:
+    text = written(to, "masses_through_hole", style="solution")
+    assert "Solution: Mass on a table" in text
+    assert "Velocities" in text
+    assert "Certificate" not in text
+    assert "Parameter" not in text
+
+
+def test_sections_say_what_is_asked() -> None:
+    asked = written(
+        "markdown", "masses_through_hole", sections="account,equations", form="routhian"
+    )
+    tasks = asked[asked.index("## Tasks") :].strip().splitlines()[2:]
+    assert tasks == [
+        "1. Count the degrees of freedom.",
+        "2. Derive the equations of motion by Lagrange's equations.",
+        "3. Eliminate the cyclic coordinates with Routh's function.",
+    ]
+
+
+def test_what_cannot_be_drawn_has_no_sketch() -> None:
+    assert "tikzpicture" not in written("latex", "low_pass_filter")
+
+
+def test_coordinates_that_the_program_chose_are_left_to_choose() -> None:
+    text = written("markdown", "particle_leaving_sphere")
+    assert "Choose generalized coordinates" in text
+    assert "Generalized coordinate" not in text
+
+
+def test_exercises_need_steps() -> None:
+    with pytest.raises(InputError, match="steps were not derived"):
+        EMITTERS["latex"].emit(derived("pendulum"), {"style": "exercise"})
+
+
+@pytest.mark.latex
+@pytest.mark.parametrize("language", ["en", "de", "fr"])
+@pytest.mark.parametrize("style", ["exercise", "solution"])
+def test_exercises_compile(language: str, style: str, tmp_path: Path) -> None:
+    compiled(tmp_path, written("latex", "wheel_down_incline", style=style, language=language))
