@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lagrange_cli.api.derivation import Derivation
     from lagrange_cli.api.motion import cluster_at, methods, sampled
     from lagrange_cli.api.scenes import LoadedScene, load, loads
-    from lagrange_cli.api.starter import starter_scene
+    from lagrange_cli.api.starter import imported_scene, starter_scene
     from lagrange_cli.cache import Cache, Removed, open_cache
     from lagrange_cli.check import (
         CheckedMotions,
@@ -69,6 +69,7 @@ __all__ = [
     "check_paths",
     "cluster_at",
     "files_of",
+    "imported_scene",
     "load",
     "loads",
     "methods",
@@ -87,7 +88,7 @@ _OFFERED = {
     "api.derivation": ("Derivation",),
     "api.motion": ("cluster_at", "methods", "sampled"),
     "api.scenes": ("LoadedScene", "load", "loads"),
-    "api.starter": ("starter_scene",),
+    "api.starter": ("imported_scene", "starter_scene"),
     "cache": ("Cache", "Removed", "open_cache"),
     "check": (
         *("CheckedMotions", "CheckOptions", "Limits", "Report", "SceneReport", "Selection"),

@@ -1,8 +1,13 @@
-"""The text of a scene to begin with."""
+"""The text of a scene to begin with: a starter, or one from the description of a robot."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from lagrange_cli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from lagrange_cli.robots.importing import ImportedScene
 
 _STARTER = """\
 # A scene of lagrange. Change it line by line; these say what it is, and what is wrong with it:
@@ -71,3 +76,28 @@ def starter_scene(name: str) -> str:
         hint = "letters, digits and _, beginning with a letter: lagrange new pendulum"
         raise InputError(Problem(f"'{name}' is no name of a scene", hint=hint, rule="name"))
     return _STARTER.format(name=name)
+
+
+def imported_scene(robot: str, *, limits: bool = False, floating: bool = False) -> ImportedScene:
+    """Return the scene of a robot from a file of URDF or MJCF, ``-`` for standard input.
+
+    Parameters
+    ----------
+    limits
+        True for limits of joints as one-sided constraints.
+    floating
+        True if the root of the robot, which otherwise is fixed in space, moves freely.
+
+    Returns
+    -------
+    ImportedScene
+        Its ``text``, and in ``warnings`` and ``remarks`` what it does not say and other names.
+
+    Raises
+    ------
+    InputError
+        Located: the file is no description of a robot, or says something that no scene can.
+    """
+    from lagrange_cli.robots.importing import import_robot
+
+    return import_robot(robot, limits=limits, floating=floating)
