@@ -193,7 +193,8 @@ def test_defaults_springs_motors_and_limits(tmp_path):
         more="""<option gravity="0 0 -1.62"/><default><joint armature="0.01"/><motor gear="10"/>
              <default class="rail"><joint damping="0.5"/><default class="pole">
              <joint damping="0.2" frictionloss="0.1"/></default></default></default>
-             <actuator><motor name="push" joint="x"/><position name="x" joint="hinge" kp="5" kv="0.5"/>
+             <actuator><motor name="push" joint="x"/>
+             <position name="x" joint="hinge" kp="5" kv="0.5"/>
              <muscle joint="x"/></actuator>""",
     )
     scene = imported(tmp_path, text, limits=True)
