@@ -127,7 +127,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as cache:
         os.environ.setdefault("XDG_CACHE_HOME", cache)
         lines = table(dict(sorted(kinds.items())), here)
-    page = "\n".join([HEAD, *lines, ""])
+    page = "\n".join([HEAD, *lines]).rstrip() + "\n"
     if chosen.docs:
         chosen.docs.write_text(page, encoding="utf-8")
     else:
