@@ -35,6 +35,11 @@ class ConstraintLine:
         Coefficient of restitution of an inequality as written, or empty.
     on_a_part
         True if the definitions satisfy it around the start, and not everywhere.
+    joint
+        Kind of a joint and its parts, as in :class:`~lagrange_cli.scene.joints.Joint`; empty if
+        the scene has the equations themselves.
+    idle, satisfied
+        Numbers of equations of a joint that others imply, and that definitions satisfy.
     """
 
     name: str
@@ -46,6 +51,9 @@ class ConstraintLine:
     rheonomic: bool = False
     restitution: str = ""
     on_a_part: bool = False
+    joint: tuple[str, ...] = ()
+    idle: int = 0
+    satisfied: int = 0
 
 
 @dataclass(frozen=True)

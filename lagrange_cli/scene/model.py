@@ -18,6 +18,7 @@ from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import FileColumn, Table
 from lagrange_cli.scene.conditions import Expect, InitialValue, WrittenDefaults
 from lagrange_cli.scene.declared_numbers import DeclaredInput, DeclaredParameter, DeclaredState
+from lagrange_cli.scene.joints import Joint
 from lagrange_cli.scene.language.expression import Equation, Expression
 
 
@@ -141,12 +142,15 @@ class Constraint:
         Its equations, between positions or between velocities.
     notation
         The LaTeX that it prints as.
+    joint
+        The joint that its equations stand for, None if the scene has the equations themselves.
     """
 
     name: str
     mark: Mark
     equations: tuple[Equation, ...]
     notation: ConstraintNotation = ConstraintNotation()
+    joint: Joint | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -125,6 +125,12 @@ constraints:
   c1: {distance: [a, b], equals: 1, zzz: 1}
   c2: {unilateral: x >= 0, zzz: 1}
   c3: {equation: x = 0, zzz: 1}
+  c4: {pin: [a, b], zzz: 1}
+  c5: {parallel: [x, [y, e1]], zzz: 1}
+  c6: {weld: [d1, e1], zzz: 1}
+  c7: {touch: e1, radius: 1, on: d1, zzz: 1}
+  c8: {roll: e1, radius: 1, on: d1, zzz: 1}
+  c9: {roll: e1, radius: 1, on: {normal: z, zzz: 1}}
 potentials:
   p1: {gravity: g, zzz: 1}
   p2: {spring: [a, b], stiffness: 1, zzz: 1}

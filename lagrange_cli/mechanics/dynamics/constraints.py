@@ -17,16 +17,21 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.alpha_equivalence import ShapeClasses
 from lagrange_cli.mechanics.algebra.collect import collected_terms
-from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
+from lagrange_cli.mechanics.algebra.derivatives import POSITION_TERMS, Kinematics, derivative
 from lagrange_cli.mechanics.algebra.factor import factored, grouped_sum, tidy
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.system import Closure, tagged
+from lagrange_cli.scene.bodies import bodies_of
 
 #: Terms that a part of a closure may be multiplied out to.
 _TERM_BUDGET = 200
+
+#: Terms of the longest closure of bodies in space that is multiplied out, as of their positions: a
+#: loop of six hinges has hundreds, which share the axes of the frames that they are made of.
+_LOOP_TERMS = 25
 
 
 def closures(reduced: Reduced) -> tuple[tuple[Closure, ...], tuple[Closure, ...]]:
@@ -114,17 +119,24 @@ def _closure(
 
 
 def _of_position(reduced: Reduced, stated: sp.Expr) -> _Parts:
-    phi = reduced.drawn(tidy(stated))
+    stays = _is_long_loop(reduced, stated)
+    phi = stated if stays else reduced.drawn(tidy(stated))
     numbers = _held(reduced, stated)
     coordinates = [reduced.coordinates[j] for j in numbers]
     q, v, t = [c.q for c in coordinates], [c.v for c in coordinates], reduced.names.t
     place = sp.Dummy()
-    kinematics = Kinematics({place: phi}, q, v, t)
+    kinematics = Kinematics({place: phi}, q, v, t, 1 if stays else POSITION_TERMS)
     rows = kinematics.jacobian(place)
     gradient = {j: factored(collected_terms(rows.get(k, ()))) for k, j in enumerate(numbers)}
     rate = factored(collected_terms(_terms(derivative(phi, t))))
     bias = grouped_sum(collected_terms(kinematics.convective(place)), v)
     return _Parts(phi, gradient, rate, bias)
+
+
+def _is_long_loop(reduced: Reduced, stated: sp.Expr) -> bool:
+    """Tell whether an equation is of bodies in space, and stays as their frames compose it."""
+    in_space = any(not body.planar for body in bodies_of(reduced.scene))
+    return in_space and term_count(stated) > _LOOP_TERMS
 
 
 def _of_velocity(reduced: Reduced, stated: sp.Expr) -> _Parts:

@@ -2,9 +2,8 @@
 
 The order is that of a calculation by hand: names that stand alone on one side of an equation, then
 names in which an equation is linear (pivots that are numbers or parameters first), then closed-form
-solutions of single equations, whose branch the reference configuration picks. A choice between
-branches that depend on another name still open would hold in one chart only: such an equation
-stays.
+solutions of single equations, whose branch the reference configuration picks. An equation whose
+branches depend on another name still open stays: a choice would hold in one chart only.
 """
 
 from __future__ import annotations
@@ -53,8 +52,8 @@ class StatedEquation:
         Name of the constraint; the equation as written.
     left, right
         Its sides.
-    integral, one_sided
-        True if the scene states its rate; true if it is φ ≥ 0.
+    integral, one_sided, joint
+        True if the scene states its rate; if it is φ ≥ 0; if it is one of a joint.
     """
 
     constraint: str
@@ -63,6 +62,7 @@ class StatedEquation:
     right: sp.Expr
     integral: bool = False
     one_sided: bool = False
+    joint: bool = False
 
     @property
     def phi(self) -> sp.Expr:

@@ -25,6 +25,7 @@ from lagrange_cli.errors import (
 )
 from lagrange_cli.mechanics.initial.configuration import Configurations, ConfigurationSearch
 from lagrange_cli.mechanics.initial.contact_gaps import GapProjection
+from lagrange_cli.mechanics.initial.joint_branches import JointBranches
 from lagrange_cli.mechanics.initial.projection import ClosureProjection, smallest_solution, state_of
 from lagrange_cli.mechanics.initial.suggestions import with_suggestion
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
@@ -149,6 +150,7 @@ class _Initial:
             self._take(entry)
         self.closures = ClosureProjection(self.reduced, self.constants, self._length())
         self.gaps = GapProjection(self.reduced, self.constants)
+        self.joints = JointBranches(self.reduced, self.constants)
         self.placed = False
 
     def _take(self, entry: InitialValue) -> None:
@@ -188,6 +190,7 @@ class _Initial:
         try:
             start, moved = self.closures.placed(self._positions())
             start, closed = self.gaps.placed(start)
+            self.joints.require(start)
             return start, max(moved, closed)
         except DomainError:
             raise self._unreal() from None
@@ -237,7 +240,7 @@ class _Initial:
         if not reached.exact:
             raise self._undetermined(missing)
         near = any(self.q[j] in self.reduced.reference for j in missing)
-        possible = self.gaps.possible(reached.exact)
+        possible = self.joints.possible(self.gaps.possible(reached.exact))
         if len(possible) > 1 and not near:
             raise self._ambiguous(possible, missing)
         return possible[0]

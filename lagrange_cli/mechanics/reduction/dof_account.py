@@ -28,11 +28,6 @@ from lagrange_cli.mechanics.numerics.rank import (
     dependent_gradients,
 )
 from lagrange_cli.mechanics.reduction.geometry import Geometry, IdentityFinder, classify_leftovers
-from lagrange_cli.mechanics.reduction.rate_redundancy import RedundantRate
-from lagrange_cli.mechanics.reduction.velocity_constraints import (
-    IndependentPart,
-    VelocityConstraint,
-)
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
@@ -129,84 +124,6 @@ def _values_at(geometry: Geometry, number: int, point: SymbolValues) -> str:
     present = sides[0].free_symbols | sides[1].free_symbols
     shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in present]
     return ", ".join(f"{s} = {float(point[s]):.3g}" for s in shown)
-
-
-def with_velocities(
-    account: Account, levels: Sequence[VelocityConstraint], independent: IndependentPart
-) -> Account:
-    """Add constraints on velocities to the account; integrable ones count to K."""
-    redundant = {levels[k].constraint: by for k, by in independent.redundant.items()}
-    names = {levels[k].constraint for k in independent.numbers}
-    integrable = independent.integrable == len(independent.numbers)
-
-    moving = {x.constraint for x in levels if _holds_time(x)}
-
-    def line(line: ConstraintLine) -> ConstraintLine:
-        line = replace(line, rheonomic=line.rheonomic or line.name in moving)
-        if line.name in names:
-            return line if integrable else replace(line, status="nonholonomic")
-        if line.name in redundant:
-            return replace(line, status="redundant", implied_by=redundant[line.name])
-        return line
-
-    return replace(
-        account,
-        constraints=account.constraints + independent.integrable,
-        dof=account.dof - independent.integrable,
-        lines=tuple(map(line, account.lines)),
-        nonholonomic=len(independent.numbers) - independent.integrable,
-    )
-
-
-def without_redundant_rates(
-    account: Account, dropped: Sequence[RedundantRate], remaining: Sequence[tuple[str, Equation]]
-) -> Account:
-    """Add constraints on velocities that others imply to the account; ``remaining`` stay."""
-    by: dict[str, tuple[str, ...]] = {}
-    for one in dropped:
-        by[one.constraint] = (*by.get(one.constraint, ()), *one.implied_by)
-    gone = by.keys() - {name for name, _ in remaining}
-
-    def line(line: ConstraintLine) -> ConstraintLine:
-        if line.name not in gone or line.status != "independent":
-            return line
-        others = dict.fromkeys(n for n in by[line.name] if n != line.name)
-        return replace(line, status="redundant", implied_by=tuple(others))
-
-    return replace(account, lines=tuple(map(line, account.lines)))
-
-
-def redundant_rate_warnings(dropped: Sequence[RedundantRate]) -> list[Problem]:
-    """Warnings for constraints on velocities that others, or their rates, imply."""
-    return [
-        _redundant(one.constraint, one.equation, one.implied_by, one.by_definitions)
-        for one in dropped
-    ]
-
-
-def velocity_warnings(
-    levels: Sequence[VelocityConstraint], independent: IndependentPart
-) -> list[Problem]:
-    """Warnings for constraints on velocities that others imply."""
-    return [
-        _redundant(levels[k].constraint, levels[k].equation, by)
-        for k, by in independent.redundant.items()
-    ]
-
-
-def velocity_remarks(
-    levels: Sequence[VelocityConstraint], independent: IndependentPart
-) -> list[str]:
-    """Remarks on integrable constraints that stay constraints on velocities."""
-    if not independent.integrable:
-        return []
-    named = ", ".join(
-        f"'{n}'" for n in dict.fromkeys(levels[k].constraint for k in independent.numbers)
-    )
-    return [
-        f"of {named}, {independent.integrable} can be integrated, though not in closed form here:"
-        " counted to K, kept as constraints on velocities"
-    ]
 
 
 def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
@@ -373,6 +290,7 @@ def _lines(
     for constraint in geometry.names.scene.constraints:
         numbers = numbered.get(constraint.name, [])
         implied_by = [stated[j].constraint for k in numbers for j in dependent.get(k, ())]
+        joint = constraint.joint
         lines.append(
             ConstraintLine(
                 name=constraint.name,
@@ -380,6 +298,9 @@ def _lines(
                 status=_status(numbers, satisfied, dependent),
                 implied_by=tuple(dict.fromkeys(n for n in implied_by if n != constraint.name)),
                 rheonomic=any(_depends_on_time(geometry.names, stated[k].phi) for k in numbers),
+                joint=() if joint is None else (joint.kind, *joint.parts),
+                idle=0 if joint is None else sum(k in dependent for k in numbers),
+                satisfied=0 if joint is None else sum(k in satisfied for k in numbers),
             )
         )
     for one_sided, gap in zip(geometry.names.scene.unilateral, geometry.gaps, strict=True):
@@ -393,11 +314,6 @@ def _lines(
             )
         )
     return lines
-
-
-def _holds_time(level: VelocityConstraint) -> bool:
-    """Tell whether t stands in a constraint on velocities."""
-    return any(s.name == "t" for s in (level.left - level.right).free_symbols)
 
 
 def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
@@ -420,13 +336,48 @@ def _status(
 
 def _warnings(geometry: Geometry, dependent: Mapping[int, tuple[int, ...]]) -> list[Problem]:
     stated = geometry.elimination.stated
+    joints: dict[str, list[int]] = {}
+    for k in dependent:
+        if stated[k].joint:
+            joints.setdefault(stated[k].constraint, []).append(k)
     return [
-        _redundant(stated[k].constraint, stated[k].equation, [stated[j].constraint for j in by])
-        for k, by in dependent.items()
+        *(
+            redundant_warning(
+                stated[k].constraint, stated[k].equation, [stated[j].constraint for j in by]
+            )
+            for k, by in dependent.items()
+            if not stated[k].joint
+        ),
+        *(_idle_joint(stated, name, numbers, dependent) for name, numbers in joints.items()),
     ]
 
 
-def _redundant(
+def _idle_joint(
+    stated: Sequence[StatedEquation],
+    name: str,
+    numbers: Sequence[int],
+    dependent: Mapping[int, tuple[int, ...]],
+) -> Problem:
+    """Warn of equations of a joint that others imply: a loop that moves though it has too many."""
+    count = sum(s.constraint == name for s in stated)
+    by = dict.fromkeys(stated[j].constraint for k in numbers for j in dependent[k])
+    further = [constraint for constraint in by if constraint != name]
+    reasons = ["its others"] if name in by else []
+    reasons += [quoted(further)] if further else []
+    are = "is" if len(numbers) == 1 else "are"
+    reason = (
+        f"implied by {' and '.join(reasons)}" if reasons else "the frames satisfy what they say"
+    )
+    return Problem(
+        f"{len(numbers)} of the {count} equations of constraint '{name}' {are} redundant: {reason}",
+        stated[numbers[0]].equation.mark(),
+        hint="redundant: " + "; ".join(stated[k].equation.text for k in numbers),
+        rule="redundant",
+        severity="warning",
+    )
+
+
+def redundant_warning(
     name: str, equation: Equation, by: Sequence[str], by_definitions: bool = False
 ) -> Problem:
     nothing = "implied by the definitions" if by_definitions else "it restricts nothing"

@@ -319,9 +319,8 @@ def _require_relation(geometry: Geometry, leftover: Leftover) -> None:
         raise contradiction_error(
             geometry.names, elimination, leftover.number, leftover.reduced, geometry.reference
         )
-    if elimination.stated[leftover.number].integral or any(
-        q in elimination.unknowns for q in involved
-    ):
+    stated = elimination.stated[leftover.number]
+    if stated.integral or stated.joint or any(q in elimination.unknowns for q in involved):
         return
     constants = frozenset(geometry.names.parameters.values())
     if any(_is_given(leftover.reduced, q, set(involved), constants) for q in involved):

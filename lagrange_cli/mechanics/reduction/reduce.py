@@ -39,12 +39,7 @@ from lagrange_cli.mechanics.reduction.coordinates import (
 )
 from lagrange_cli.mechanics.reduction.dof_account import (
     balanced_account,
-    redundant_rate_warnings,
-    velocity_remarks,
-    velocity_warnings,
     with_partial_identities,
-    with_velocities,
-    without_redundant_rates,
 )
 from lagrange_cli.mechanics.reduction.geometry import Geometry, restricting_equations
 from lagrange_cli.mechanics.reduction.independence import (
@@ -60,6 +55,13 @@ from lagrange_cli.mechanics.reduction.local_identities import (
 )
 from lagrange_cli.mechanics.reduction.rate_redundancy import RedundantRate, redundant_rates
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.mechanics.reduction.velocity_account import (
+    redundant_rate_warnings,
+    velocity_remarks,
+    velocity_warnings,
+    with_velocities,
+    without_redundant_rates,
+)
 from lagrange_cli.mechanics.reduction.velocity_constraints import (
     StartNeededError,
     VelocityConstraint,
@@ -72,6 +74,7 @@ from lagrange_cli.mechanics.symbols.values import (
     ParameterValues,
     evaluated,
     particle_mass,
+    require_positive_radii,
     require_possible_inertia,
 )
 from lagrange_cli.mechanics.system import tagged
@@ -176,6 +179,7 @@ def _basis(scene: Scene) -> _Basis:
     names, values = Names(scene), ParameterValues(scene)
     masses = tuple(particle_mass(names, values, p) for p in scene.particles)
     require_possible_inertia(scene, values)
+    require_positive_radii(scene, values)
     return _Basis(scene, names, values, masses, _reference(names, values, scene))
 
 
@@ -210,7 +214,8 @@ def _integrated(basis: _Basis) -> _Integrated:
     names = basis.names
     written = [(c.name, e) for c in basis.scene.constraints for e in c.equations]
     remaining = [x for x in written if _holds_rate(names, x)]
-    stated = [_stated(names, x) for x in written if not _holds_rate(names, x)]
+    joints = {c.name for c in basis.scene.constraints if c.joint}
+    stated = [_stated(names, x, x[0] in joints) for x in written if not _holds_rate(names, x)]
     integrated = _Integrated(_reduced(basis, stated, strict=not remaining))
     if not remaining:
         return integrated
@@ -382,11 +387,10 @@ def _placed(
     return drawn_from_roots(tidy(expr), [q for q in coordinates if q.is_positive])
 
 
-def _stated(names: Names, written: _Written) -> StatedEquation:
+def _stated(names: Names, written: _Written, joint: bool) -> StatedEquation:
     name, equation = written
-    return StatedEquation(
-        name, equation, names.convert(equation.left), names.convert(equation.right)
-    )
+    left, right = names.convert(equation.left), names.convert(equation.right)
+    return StatedEquation(name, equation, left, right, joint=joint)
 
 
 def _reference(names: Names, values: ParameterValues, scene: Scene) -> dict[sp.Symbol, mpf]:

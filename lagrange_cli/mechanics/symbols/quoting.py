@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.checks.table import dependent_names
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import Expression, Name, names_in
@@ -97,7 +98,8 @@ def fewer_coordinates_snippet(
     lines, used = [coordinates_snippet(remaining)], _used(scene)
     freed = {name: value for name, value in dropped.items() if name not in _cartesian(scene)}
     if not freed.keys().isdisjoint(used):
-        definitions = {d.name: d.expression.text for d in scene.definitions}
+        written = (d for d in scene.definitions if not isinstance(d.expression, ComposedExpression))
+        definitions = {d.name: d.expression.text for d in written}
         needed = {name: value for name, value in freed.items() if name in used}
         lines.append(section_snippet("definitions", {**needed, **definitions}))
     for section, entries in (("initial", scene.initial), ("near", scene.near)):

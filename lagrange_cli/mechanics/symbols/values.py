@@ -237,6 +237,28 @@ def particle_mass(names: Names, values: ParameterValues, particle: Particle) -> 
     return mass
 
 
+def require_positive_radii(scene: Scene, values: ParameterValues) -> None:
+    """Refuse radii of bodies that touch a surface unless they are positive, where they are known.
+
+    Raises
+    ------
+    InputError
+        Located at the radius.
+    """
+    for constraint in scene.constraints:
+        radius = None if constraint.joint is None else constraint.joint.radius
+        value = None if radius is None else values.number(radius)
+        if radius is not None and value is not None and not value.is_positive:
+            raise InputError(
+                Problem(
+                    f"the radius in constraint '{constraint.name}' must be positive,"
+                    f" found {radius.text}",
+                    radius.mark(),
+                    rule="not-positive",
+                )
+            )
+
+
 def require_possible_inertia(scene: Scene, values: ParameterValues) -> None:
     """Refuse inertia that no body has, where its numbers are known.
 

@@ -65,13 +65,17 @@ class AccountLine(NamedTuple):
     name
         Its name.
     equations
-        Its equations with the ranges of their indices.
+        Its equations with the ranges of their indices; of a joint its kind and parts, with tabs
+        between them.
+    is_joint
+        True if it is a joint.
     remark
         What is said of it, if anything.
     """
 
     name: str
     equations: list[tuple[str, tuple[Range, ...]]]
+    is_joint: bool
     remark: Written | None
 
 
@@ -80,7 +84,10 @@ def account_lines(equations: Equations, families: Families | None) -> list[Accou
     lines = equations.derivation.account.lines
     remark_of = partial(remark_on, classified=not common_kind(equations))
     if families is None:
-        return [AccountLine(c.name, [(e, ()) for e in c.equations], remark_of(c)) for c in lines]
+        return [
+            AccountLine(c.name, [(e, ()) for e in _statements(c)], bool(c.joint), remark_of(c))
+            for c in lines
+        ]
     account: list[AccountLine] = []
     for text in families.texts(list(map(_whole, lines))):
         line = lines[text.covers[0]]
@@ -88,18 +95,22 @@ def account_lines(equations: Equations, families: Families | None) -> list[Accou
         by = tuple(implied.split("\t")) if implied else ()
         remark = remark_of(replace(line, implied_by=by, restitution=restitution))
         if text.ranges:
-            account.append(AccountLine(name, [(e, text.ranges) for e in statements], remark))
+            shown = [(e, text.ranges) for e in statements]
         else:
-            shown = families.texts(statements)
-            account.append(AccountLine(name, [(t.text, t.ranges) for t in shown], remark))
+            shown = [(t.text, t.ranges) for t in families.texts(statements)]
+        account.append(AccountLine(name, shown, bool(line.joint), remark))
     return account
 
 
 def _whole(line: ConstraintLine) -> str:
     """Return all that tells a constraint from others; its parts hold no line breaks."""
-    kind = f"{line.status} {line.on_a_part} {line.rheonomic}"
+    kind = f"{line.status} {line.on_a_part} {line.rheonomic} {line.idle} {line.satisfied}"
     implied, restitution = "\t".join(line.implied_by), line.restitution or ""
-    return "\n".join((line.name, *line.equations, implied, restitution, kind))
+    return "\n".join((line.name, *_statements(line), implied, restitution, kind))
+
+
+def _statements(line: ConstraintLine) -> Sequence[str]:
+    return ["\t".join(line.joint)] if line.joint else line.equations
 
 
 def sizes_line(families: Families) -> str:

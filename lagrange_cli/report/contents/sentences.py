@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.mechanics.algebra.shorten import divided_termwise
 from lagrange_cli.notation.labels import names_shown
 from lagrange_cli.notation.vocabulary import MOST_OPERATIONS
+from lagrange_cli.report.contents.joints import joint_remarks
 from lagrange_cli.report.inlines import (
     Chain,
     Count,
@@ -187,6 +188,8 @@ def remark_on(line: ConstraintLine, *, classified: bool = False) -> Written | No
         remarks.append(Listed((implied, *part), between=""))
     elif line.status == "redundant":
         remarks.append(say("redundant"))
+    elif line.joint:
+        remarks += joint_remarks(line)
     if classified:
         remarks.append(_kind(line))
     if line.status == "unilateral" and line.restitution:

@@ -127,7 +127,7 @@ def read_points(node: SourceNode, reading: Reading) -> tuple[Point, ...]:
     points = []
     for key, value in reading.named(node, "points", symbols=False):
         point = (
-            _point_on(key, value, frames, reading)
+            _point_on(key, value, reading)
             if isinstance(value, Entries) and any(k.text in ("on", "at") for k, _ in value.entries)
             else read_point(key, value, reading)
         )
@@ -136,30 +136,37 @@ def read_points(node: SourceNode, reading: Reading) -> tuple[Point, ...]:
     return tuple(points)
 
 
-def _point_on(key: Scalar, node: Entries, frames: Frames, reading: Reading) -> Point | None:
+def _point_on(key: Scalar, node: Entries, reading: Reading) -> Point | None:
     what = f"point '{key.text}'"
     fields = reading.fields(node, what, ("on", "at", "latex"), required=("on",))
     at = vector_of(fields["at"], "at", what, reading) if "at" in fields else None
     latex = with_indices(read_latex(fields, what, reading), key.text)
-    on = _frame_named(fields["on"], what, frames, reading) if "on" in fields else None
-    if on is None or on not in frames.placed or ("at" in fields and at is None):
+    on = frame_named(fields["on"], f"'on' of {what}", reading) if "on" in fields else None
+    if on is None or ("at" in fields and at is None):
         return None
-    place = frames.placed[on].place(NO_VECTOR if at is None else [part.node for part in at])
+    place = on[1].place(NO_VECTOR if at is None else [part.node for part in at])
     return Point(key.text, key.mark, position_of(place, key.text, key.mark), latex)
 
 
 def in_axes_of(on: SourceNode, components: Vector, what: str, reading: Reading) -> Vector | None:
     """Return components along the axes of a frame, along those of space."""
-    frames: Frames = reading.values.get("frames") or Frames()
-    name = _frame_named(on, what, frames, reading)
-    if name is None or name not in frames.placed:
+    named = frame_named(on, what, reading)
+    if named is None:
         return None
-    parts = times(frames.placed[name].last.rotation, [c.node for c in components])
+    parts = times(named[1].last.rotation, [c.node for c in components])
     x, y, z = (
         ComposedExpression(part, written.text, written.origin, exact=False)
         for part, written in zip(parts, components, strict=True)
     )
     return x, y, z
+
+
+def frame_named(node: SourceNode, what: str, reading: Reading) -> tuple[str, Placed] | None:
+    """Read the name of a frame or body; return it with the frame."""
+    frames: Frames = reading.values.get("frames") or Frames()
+    compose(frames, reading)
+    name = _frame_named(node, what, frames, reading)
+    return None if name is None or name not in frames.placed else (name, frames.placed[name])
 
 
 # Entries as they are written.
@@ -241,7 +248,7 @@ def _mass(
 
 def _frame_named(node: SourceNode, what: str, frames: Frames, reading: Reading) -> str | None:
     if not isinstance(node, Scalar):
-        reading.expected("a frame or body", f"'on' of {what}", node)
+        reading.expected("a frame or body", what, node)
         return None
     name = reading.reference(node)
     if name is None or name in frames.declared:
@@ -297,10 +304,29 @@ def _place(name: str, frames: Frames, reading: Reading, above: tuple[str, ...]) 
         if parent not in frames.placed:
             return
         base = frames.placed[parent]
+    placed = _moved(base, entry)
+    frames.placed[name] = with_names(placed, name, entry.key.mark, frames.definitions)
+
+
+def _moved(base: Placed, entry: _Declared) -> Placed:
+    """Move axes to the place of a frame that stands on them, and turn them as it is turned."""
     origin = base.origin if entry.at is None else base.place([part.node for part in entry.at])
     placing = (*base.placing, *(entry.at or ()), *_angles(entry.turns))
-    placed = Placed(turned(base.stages, entry.turns), origin, placing)
-    frames.placed[name] = with_names(placed, name, entry.key.mark, frames.definitions)
+    return Placed(turned(base.stages, entry.turns), origin, placing)
+
+
+def placed_against(name: str, base: str, reading: Reading) -> Placed | None:
+    """Compose a frame in the axes of another; None unless it stands on that."""
+    frames: Frames = reading.values.get("frames") or Frames()
+    chain = [frames.declared[name]]
+    while (on := chain[-1].on) is not None and on[0] != base:
+        chain.append(frames.declared[on[0]])
+    if on is None:
+        return None
+    placed = SPACE
+    for entry in reversed(chain):
+        placed = _moved(placed, entry)
+    return placed
 
 
 def _angles(turns: Iterable[Turn]) -> Iterator[Expression]:

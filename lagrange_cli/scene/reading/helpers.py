@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lagrange_cli.errors import Mark
+from lagrange_cli.scene.joints import Joint
 from lagrange_cli.scene.language.bounds import Extent, extent_of
 from lagrange_cli.scene.language.expression import Equation, Expression, Neg, Node, Number, names_in
 from lagrange_cli.scene.language.grammar import INEQUALITIES
@@ -39,20 +40,20 @@ from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 #: Terms that one particle's weight counts as if a family of potentials repeats it.
 _TERMS_OF_WEIGHT = 20
 
-_CONSTRAINTS = ("distance", "unilateral", "equation")
-
 #: Keys of every constraint that is a mapping: how it and its multiplier print.
 NOTATION = ("latex", "multiplier")
 
 
-def read_constraint_helper(
-    node: Mapping, what: str, reading: Reading
-) -> tuple[Equation, ...] | None:
-    """Write out a constraint's helper: ``{distance: [A, B], equals: l}``."""
-    keys = [key.text for key, _ in node.entries]
-    if "distance" not in keys:
-        unknown_helper(node, what, _CONSTRAINTS, reading)
-        return None
+@dataclass(frozen=True, slots=True)
+class Written:
+    """Equations that a constraint's helper is written out as, and the joint that it states."""
+
+    equations: tuple[Equation, ...]
+    joint: Joint | None = None
+
+
+def distance(node: Mapping, what: str, reading: Reading) -> Written | None:
+    """Write out ``{distance: [A, B], equals: l}``."""
     keys = ["distance", "equals"]
     fields = reading.fields(node, what, (*keys, *NOTATION), required=keys)
     pair = body_pair(fields["distance"], "distance", what, reading)
@@ -70,7 +71,7 @@ def read_constraint_helper(
     square = "1" if length.text.strip() == "1" else f"{as_factor(length)}^2"
     text = f"{squares} = {square}"
     reading.links.append(Link("distance", pair, length))
-    return (helper_equation(text, place_of(node), reading),)
+    return Written((helper_equation(text, place_of(node), reading),))
 
 
 def read_unilateral(
@@ -196,7 +197,7 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
     if len(exact) == 3 and length is not None:
         units = [c / length for c in exact]
         return tuple("" if u == 0 else f"{u}" if u.denominator == 1 else f"({u})" for u in units)
-    unit = _is_unit([part.node for part in known])
+    unit = is_unit([part.node for part in known])
     norm = "" if unit else f"/norm({', '.join(flat(part) for part in known)})"
     return tuple(
         "" if c == 0 else f"{as_factor(part)}{norm}"
@@ -204,7 +205,7 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
     )
 
 
-def _is_unit(components: list[Node]) -> bool:
+def is_unit(components: list[Node]) -> bool:
     """Say whether a vector has length 1 whatever its names stand for, such as (sin a, 0, cos a).
 
     It is tried at several points. Lengths are analytic in the names, so that

@@ -3,7 +3,7 @@ outputs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.language.expression import Equation, Expression
@@ -15,11 +15,14 @@ from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.frames import in_axes_of
 from lagrange_cli.scene.reading.helpers import (
     NOTATION,
-    read_constraint_helper,
+    Written,
+    distance,
     read_potential_helper,
     read_unilateral,
 )
-from lagrange_cli.scene.reading.interactions import damper, drag
+from lagrange_cli.scene.reading.interactions import damper, drag, unknown_helper
+from lagrange_cli.scene.reading.joints import parallel, pin, weld
+from lagrange_cli.scene.reading.rolling import roll, touch
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 from lagrange_cli.scene.reading.turns import across_plane
 
@@ -27,6 +30,16 @@ from lagrange_cli.scene.reading.turns import across_plane
 _OneSided = tuple[Equation, Expression | None]
 
 _FORCES = {"drag": drag, "damper": damper}
+
+#: Helpers of ``constraints`` by their keys, which stand for equations.
+_CONSTRAINTS: dict[str, Callable[[Mapping, str, Reading], Written | None]] = {
+    "distance": distance,
+    "pin": pin,
+    "parallel": parallel,
+    "weld": weld,
+    "touch": touch,
+    "roll": roll,
+}
 
 
 def read_constraints(
@@ -37,6 +50,14 @@ def read_constraints(
     one_sided: list[tuple[Scalar, list[_OneSided], ConstraintNotation]] = []
     for key, value in reading.named(node, "constraints", symbols=False):
         what = f"constraint '{key.text}'"
+        if isinstance(value, Mapping) and (helper := _helper(value)) is not None:
+            written = helper(value, what, reading)
+            notation = _notation(key, value, what, reading)
+            if written is not None:
+                constraints.append(
+                    Constraint(key.text, key.mark, written.equations, notation, written.joint)
+                )
+            continue
         relations, notation = _relations(value, what, reading), _notation(key, value, what, reading)
         inequalities = [r for r in relations if r[0].relation != "="]
         if not relations or _is_mixed(key, relations, inequalities, reading):
@@ -48,6 +69,18 @@ def read_constraints(
             constraints.append(Constraint(key.text, key.mark, equations, notation))
     taken = {*(c.name for c in constraints), *(key.text for key, _, _ in one_sided)}
     return tuple(constraints), tuple(u for entry in one_sided for u in _unilateral(*entry, taken))
+
+
+def _helper(node: Mapping) -> Callable[[Mapping, str, Reading], Written | None] | None:
+    """Return the reader of a constraint that is a helper; None of one that is relations."""
+    keys = [key.text for key, _ in node.entries]
+    if "unilateral" in keys or "equation" in keys:
+        return None
+    return next((_CONSTRAINTS[key] for key in keys if key in _CONSTRAINTS), _unknown_constraint)
+
+
+def _unknown_constraint(node: Mapping, what: str, reading: Reading) -> None:
+    unknown_helper(node, what, (*_CONSTRAINTS, "unilateral", "equation"), reading)
 
 
 def _notation(key: Scalar, node: SourceNode, what: str, reading: Reading) -> ConstraintNotation:
@@ -84,8 +117,6 @@ def _relations(node: SourceNode, what: str, reading: Reading) -> list[_OneSided]
         if "unilateral" in keys:
             one_sided = read_unilateral(node, what, reading)
             return [one_sided] if one_sided else []
-        if "equation" not in keys:
-            return [(e, None) for e in read_constraint_helper(node, what, reading) or ()]
         node = reading.fields(node, what, ("equation", *NOTATION))["equation"]
     items = node.items if isinstance(node, Sequence) else (node,)
     if not items:

@@ -12,6 +12,7 @@ from lagrange_cli.report.contents.families import (
     coordinates_by_ranges,
     sizes_line,
 )
+from lagrange_cli.report.contents.joints import joint_statement
 from lagrange_cli.report.contents.sentences import (
     choice_line,
     common_kind,
@@ -135,8 +136,13 @@ def _constraints(writer: DocumentWriter, *, alone: bool) -> Iterator[Block]:
 
 def _statement_rows(writer: DocumentWriter) -> Iterator[StatementRow]:
     for line in account_lines(writer.equations, writer.families):
-        pairs = ((_statement(writer, text), spans) for text, spans in line.equations)
-        shown = tuple((text, Inline(ranges(spans)) if spans else "") for text, spans in pairs)
+        shown = tuple(
+            (
+                joint_statement(text.split("\t")) if line.is_joint else _statement(writer, text),
+                Inline(ranges(spans)) if spans else "",
+            )
+            for text, spans in line.equations
+        )
         yield StatementRow(Plain(line.name), shown, line.remark or "")
 
 

@@ -1,0 +1,66 @@
+"""Joints in words: what they join, and which of their equations restrict nothing further."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.report.inlines import Count, Listed, Plain, Written, say
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.findings import ConstraintLine
+
+
+def joint_remarks(line: ConstraintLine) -> Iterator[Written]:
+    """Count equations of a joint that restrict nothing further."""
+    count = Count(len(line.equations))
+    if line.idle:
+        yield say.counted(
+            line.idle,
+            "{count} of {equations} equations redundant",
+            "{count} of {equations} equations redundant",
+            equations=count,
+        )
+    if line.satisfied:
+        yield say.counted(
+            line.satisfied,
+            "{count} of {equations} equations satisfied by the definitions",
+            "{count} of {equations} equations satisfied by the definitions",
+            equations=count,
+        )
+
+
+def joint_statement(joint: Sequence[str]) -> Written:
+    """Say what a joint joins, by its kind and its parts."""
+    kind, *parts = joint
+    first, second, *further = (Plain(part) for part in parts)
+    if kind == "pin":
+        return say("{first} coincides with {second}", first=first, second=second)
+    if kind == "weld":
+        return say("{first} is fixed to {second}", first=first, second=second)
+    if kind == "parallel":
+        direction, frame = further
+        return say(
+            "{first} is parallel to {second}",
+            first=_direction_of(first, second),
+            second=_direction_of(direction, frame),
+        )
+    plane = _plane_of(parts[1:])
+    if kind == "touch":
+        return say("{body} touches the plane {plane}", body=first, plane=plane)
+    return say("{body} rolls without slip on the plane {plane}", body=first, plane=plane)
+
+
+def _direction_of(direction: Plain, frame: Plain) -> Written:
+    if not frame.text:
+        return direction
+    return say("{direction} of {body}", direction=direction, body=frame)
+
+
+def _plane_of(parts: Sequence[str]) -> Written:
+    """Describe a plane by its point, its normal, and the frame in which they are fixed."""
+    point, normal, frame = parts
+    words = say("with the normal {normal}", normal=_direction_of(Plain(normal), Plain(frame)))
+    if not point:
+        return words
+    return Listed((say("through {point}", point=Plain(point)), words), between=" ")

@@ -1,0 +1,39 @@
+"""Joints as constraints: a point on a point, a direction along another, a body on a surface.
+
+Constraints hold the equations that a joint stands for; a :class:`Joint` beside them says in the
+scene's names what is joined.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from lagrange_cli.scene.language.expression import Expression
+
+JointKind: TypeAlias = Literal["pin", "parallel", "weld", "touch", "roll"]
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint that a constraint's equations stand for.
+
+    Attributes
+    ----------
+    kind
+        Its key in the scene.
+    parts
+        Names of what is joined; of ``parallel`` each after its direction, of a surface that is no
+        frame its point and its normal.
+    radius
+        Radius of a body that touches a surface; None for other joints.
+    positive
+        An expression that is above zero where the joint is as it is meant, beside other solutions
+        of its equations: the cosine of the turn that is left of a weld, the height of a disk's
+        centre over the point that touches. None if there are no others.
+    """
+
+    kind: JointKind
+    parts: tuple[str, ...]
+    radius: Expression | None = None
+    positive: Expression | None = None
