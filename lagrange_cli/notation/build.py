@@ -64,6 +64,9 @@ _MOST_PARTS = 4
 #: Integers longer than this show as the scene wrote them (``1e30``).
 _LONG_INTEGER = 10**6
 
+#: Fractions from this denominator on are decimals where the scene writes decimals.
+_LONG_DENOMINATOR = 1000
+
 
 def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
     """Return the display tree of an expression.
@@ -276,7 +279,7 @@ class _Factors:
             return
         if _literal(value, literals) is None and _literal(1 / value, literals) is not None:
             self.below.append(_number(1 / value, literals))
-        elif (self.below or _only_pi(self.above)) and _literal(value, literals) is None:
+        elif (self.below or _only_pi(self.above)) and _decimal(value, literals) is None:
             self.above.append(_number(Fraction(value.numerator), literals))
             self.below.append(_number(Fraction(value.denominator), literals))
         else:
@@ -301,8 +304,19 @@ def _literal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
     return None
 
 
+def _decimal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
+    """Return the decimal for a value: the scene's own, or in a scene that writes decimals the exact
+    one of a fraction that nobody would write."""
+    text = _literal(value, literals)
+    is_short = value.denominator < _LONG_DENOMINATOR or value >= _LONG_INTEGER
+    if text is not None or not literals or is_short:
+        return text
+    shortest = repr(float(value))
+    return shortest if Fraction(shortest) == value else None
+
+
 def _number(value: Fraction, literals: Mapping[Fraction, str]) -> DisplayNumber:
-    return ordering.number_of(value.numerator, value.denominator, _literal(value, literals))
+    return ordering.number_of(value.numerator, value.denominator, _decimal(value, literals))
 
 
 def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:

@@ -186,6 +186,11 @@ def test_numbers_print_as_the_scene_wrote_them():
     assert shown(Integer(10) ** 30 * m, words) == "1e30 m"
     assert shown(Integer(1000) * m, words) == "1000 m"
     assert shown(Rational(1, 7) * m, words) == "m / 7"
+    assert shown(Rational(13, 1250) * m, words) == "0.0104 m"
+    assert shown(Rational(13, 1250) * m / x, words) == "0.0104 m / x"
+    assert shown(m * x * Rational(1250, 13), words) == "1250/13 m x"
+    assert shown(Rational(13, 1200) * m, words) == "13/1200 m"
+    assert shown(Rational(1, 1024**9) * m, words) == f"m / {1024**9}"
 
 
 def test_unevaluated_products_are_flattened():
