@@ -59,7 +59,7 @@ from lagrange_cli.mechanics.structure import (
     total_energy,
 )
 from lagrange_cli.mechanics.symbols.convert import decimal_literals
-from lagrange_cli.mechanics.symbols.inputs import inputs_of
+from lagrange_cli.mechanics.symbols.inputs import controllers_of, inputs_of
 from lagrange_cli.mechanics.symbols.values import (
     DECIMAL_DIGITS,
     decimal,
@@ -137,6 +137,11 @@ def _system(
         coordinates=reduced.coordinates,
         inputs=tuple(inputs_of(reduced.names)),
         states=reduced.states,
+        controllers=tuple(
+            controllers_of(
+                reduced.scene, reduced.values.number, lambda e: reduced.resolve(reduced.convert(e))
+            )
+        ),
         functions=reduced.scene.functions,
         particles=tuple(element_motions(derivation)),
         cartesian_names=tuple(_cartesian_names(derivation)),
@@ -334,6 +339,7 @@ def _units(derivation: Uncertified, chart: ReplacedChart | None) -> Units:
     names = [c.name for c in coordinates] + [symbol.name for symbol in reduced.resolved]
     names += [output.name for output in reduced.scene.outputs]
     names += [state.name for state in reduced.scene.states]
+    names += [u.name for c in reduced.scene.controllers for u in c.held_inputs]
     return units(reduced.scene, angles, names)
 
 

@@ -133,6 +133,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
         *(p.value for p in scene.parameters),
         *(u.expression for u in scene.inputs),
         *(s.rate for s in scene.states),
+        *(e for c in scene.controllers for e in (c.every, *(v.expression for v in c.values))),
         *(p.mass for p in scene.particles),
         *(e for p in scene.particles for e in p.position),
         *(e for p in scene.points for e in p.position),

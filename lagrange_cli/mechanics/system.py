@@ -123,6 +123,20 @@ class State:
 
 
 @dataclass(frozen=True)
+class Controller:
+    """A sampled controller: inputs and states that change at multiples of a time alone.
+
+    ``every`` is that time, a number or the symbol of a parameter. ``held_inputs`` and ``memory``
+    (states of rate 0) are names, each with its next value over the state, inputs and t.
+    """
+
+    name: str
+    every: Expr
+    held_inputs: tuple[tuple[str, Expr], ...]
+    memory: tuple[tuple[str, Expr], ...]
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """A generalized coordinate.
 
@@ -349,6 +363,8 @@ class System:
         One-sided constraints, whose λ is zero while the gap is open.
     states
         States of first order. Their symbols may stand wherever those of inputs may.
+    controllers
+        What sets inputs and states at samples.
     outputs
         Expressions that the scene asks for, by name, over (q, v, t).
     positive
@@ -379,6 +395,7 @@ class System:
     simulate: SimulationDefaults
     inputs: tuple[Input, ...] = ()
     states: tuple[State, ...] = ()
+    controllers: tuple[Controller, ...] = ()
     functions: tuple[DeclaredFunction, ...] = ()
     closures: tuple[Closure, ...] = ()
     contacts: tuple[Contact, ...] = ()

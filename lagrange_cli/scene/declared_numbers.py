@@ -1,4 +1,5 @@
-"""Numbers that a scene declares beside coordinates: parameters, inputs, states of first order."""
+"""Numbers that a scene declares beside coordinates: parameters, inputs, states of first order, and
+the controllers that sample these and hold inputs."""
 
 from __future__ import annotations
 
@@ -64,3 +65,40 @@ class DeclaredState:
     unit: str | None = None
     description: str | None = None
     latex: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SampledValue:
+    """A name whose value changes at samples alone, its place, and the new value at a sample."""
+
+    name: str
+    mark: Mark
+    expression: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredController:
+    """A sampled controller: it sets inputs and its memory at samples, between which they hold.
+
+    Attributes
+    ----------
+    name, mark
+        Its name and its place.
+    every
+        Time between samples: a number, or the name of a parameter.
+    held_inputs
+        The inputs that it holds, over the state and the memory as they are before the sample.
+    memory
+        The states that it keeps between samples, each by its next value over the same.
+    """
+
+    name: str
+    mark: Mark
+    every: Expression
+    held_inputs: tuple[SampledValue, ...]
+    memory: tuple[SampledValue, ...] = ()
+
+    @property
+    def values(self) -> tuple[SampledValue, ...]:
+        """All that the controller sets."""
+        return (*self.held_inputs, *self.memory)

@@ -196,6 +196,11 @@ class ScalingReader:
         for state in scene.states:
             rate = form_of(state.name, **{TIME: -1})
             self._is(state.rate, rate, f"the rate of '{state.name}'")
+        for controller in scene.controllers:
+            if any(_names(controller.every)):
+                self._is(controller.every, form_of(TIME), "a time")
+            for value in controller.values:
+                self._is(value.expression, form_of(value.name), f"'{value.name}'")
         for declared in scene.inputs:
             if declared.expression is not None:
                 self._is(declared.expression, form_of(declared.name), f"'{declared.name}'")

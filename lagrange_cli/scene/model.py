@@ -17,7 +17,12 @@ from typing import Literal
 from lagrange_cli.errors import Mark, Problem
 from lagrange_cli.files import FileColumn, Table
 from lagrange_cli.scene.conditions import Expect, InitialValue, WrittenDefaults
-from lagrange_cli.scene.declared_numbers import DeclaredInput, DeclaredParameter, DeclaredState
+from lagrange_cli.scene.declared_numbers import (
+    DeclaredController,
+    DeclaredInput,
+    DeclaredParameter,
+    DeclaredState,
+)
 from lagrange_cli.scene.joints import Joint
 from lagrange_cli.scene.language.expression import Equation, Expression
 
@@ -337,7 +342,10 @@ class Scene:
     eliminated
         Names of coordinates that constraints are to determine after all.
     states, state_starts
-        States of first order, and their given initial values.
+        States of first order, the memory of controllers behind the others, and their given
+        initial values.
+    controllers
+        Sampled controllers.
     starts
         Coordinates, each with the parameter for its start in constants of integration.
     potentials, kinetic, dissipation, outputs
@@ -376,6 +384,7 @@ class Scene:
     inputs: tuple[DeclaredInput, ...] = ()
     states: tuple[DeclaredState, ...] = ()
     state_starts: tuple[InitialValue, ...] = ()
+    controllers: tuple[DeclaredController, ...] = ()
     potentials: tuple[Term, ...] = ()
     kinetic: tuple[Term, ...] = ()
     forces: tuple[Force, ...] = ()
@@ -410,6 +419,7 @@ class Scene:
         yield from (d.expression for d in self.definitions)
         yield from (u.expression for u in self.inputs if u.expression is not None)
         yield from (s.rate for s in self.states)
+        yield from (v.expression for c in self.controllers for v in c.values)
         for term in (*self.potentials, *self.kinetic, *self.dissipation, *self.outputs):
             yield term.expression
         yield from (c for f in self.forces for c in f.components)

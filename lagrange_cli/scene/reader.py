@@ -68,6 +68,7 @@ SECTIONS: dict[str, _Section] = {
     "parameters": _Section(declarations.read_parameters, declares=True),
     "inputs": _Section(declarations.read_inputs, declares=True),
     "states": _Section(declarations.read_states, declares=True),
+    "controllers": _Section(declarations.read_controllers, declares=True),
     "functions": _Section(declarations.read_functions, declares=True),
     "particles": _Section(declarations.read_particles, declares=True),
     "plane": _Section(read_plane),
@@ -272,6 +273,8 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
     if "expect" in values and not reading.sizes.keys().isdisjoint(reading.overrides):
         # Expected states and events are those of the file's sizes.
         values["expect"] = replace(values["expect"], states=(), events=())
+    values["controllers"], memory = values.get("controllers", ((), ()))
+    values["states"] = (*values.get("states", ()), *memory)
     values.setdefault("name", _identifier(PurePath(file).stem))
     mark = nodes["coordinates"].mark if "coordinates" in nodes else None
     return Scene(

@@ -64,18 +64,21 @@ _INPUT = either(
     ),
 )
 
-_STATE_OF_FIRST_ORDER = either(
-    expression_of("Its rate over coordinates, velocities, states, inputs and t"),
-    mapping_of(
-        "A state of first order",
-        {
-            "rate": expression_of("Its time derivative"),
-            "unit": UNIT,
-            "description": DESCRIPTION,
-            "latex": LATEX,
-        },
-        ["rate"],
-    ),
+
+def _state(moved_by: str, description: str) -> Schema:
+    texts = {"unit": UNIT, "description": DESCRIPTION, "latex": LATEX}
+    moved = {moved_by: expression_of(description)}
+    return either(moved[moved_by], mapping_of("A state", moved | texts, [moved_by]))
+
+
+_CONTROLLER = mapping_of(
+    "Samples the state and holds inputs until the next sample",
+    {
+        "every": expression_of("Time between samples: a number or the name of a parameter"),
+        "hold": named(expression_of("Its value from a sample to the next"), "Inputs that it sets"),
+        "memory": named(_state("next", "Its value behind a sample"), "What it keeps, as sums"),
+    },
+    ["every"],
 )
 
 _FUNCTION = either(
@@ -292,7 +295,11 @@ SECTIONS: dict[str, Schema] = {
         named(_INPUT, "Functions of time that drive the system"),
         list_of(text_of("A name"), "Inputs that emitted code is given"),
     ),
-    "states": named(_STATE_OF_FIRST_ORDER, "Numbers that their rates move, as currents"),
+    "states": named(
+        _state("rate", "Its rate over coordinates, velocities, states, inputs and t"),
+        "Numbers that their rates move, as currents",
+    ),
+    "controllers": either(_CONTROLLER, named(_CONTROLLER, "Sampled controllers by name")),
     "functions": named(_FUNCTION, "Functions of one argument, unknown or given, and tables"),
     "particles": named(_PARTICLE, "Point masses"),
     "plane": one_of("xy xz yz", "Every particle and body stays in this plane"),

@@ -33,7 +33,7 @@ from lagrange_cli.simulate.results.streaming import (
     written_in_windows,
 )
 from lagrange_cli.simulate.results.trajectory import Event, Slide, Trajectory
-from lagrange_cli.simulate.runs.problem import InitialValueProblem, require_a_start
+from lagrange_cli.simulate.runs.problem import InitialValueProblem, require_a_start, sampled_start
 from lagrange_cli.simulate.samples import Grid, RowSequence, SampleBuffer
 from lagrange_cli.simulate.sharpness import unseen_forces
 from lagrange_cli.simulate.system.functions import (
@@ -281,7 +281,7 @@ def problem_of(
         functions = functions if guards is None else functions.guarded(guards)
     problem = InitialValueProblem(
         functions.rhs,
-        request.initial,
+        sampled_start(functions.rhs, request.times, request.initial),
         request.times,
         model.kinds,
         functions.perturbed,

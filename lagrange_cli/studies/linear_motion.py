@@ -146,13 +146,16 @@ def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> 
 
 
 def _require_smooth(equations: Equations) -> None:
-    """Refuse contacts and forces that jump: at their events changes jump, unlike in any A(t)."""
-    jumping = any(expression.has(sign) for expression in equations.system.forcing)
-    if not (equations.system.contacts or jumping):
+    """Refuse contacts, forces that jump and samples: at these changes jump, unlike in any A(t)."""
+    system = equations.system
+    if system.controllers:
+        event = "a controller samples"
+    elif any(expression.has(sign) for expression in system.forcing):
+        event = "a force does"
+    elif system.contacts:
+        event = f"the contact '{system.contacts[0].name}' opens"
+    else:
         return
-    event = (
-        "a force does" if jumping else f"the contact '{equations.system.contacts[0].name}' opens"
-    )
     message = f"small changes of a motion jump where {event}: no A(t), B(t) describe them"
     hint = "emit --with linearization gives the matrices at any state between"
     raise InputError(

@@ -40,6 +40,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         f"derive {PENDULUM} --form hamiltonian --bracket theta,p_theta --with latex",
         "derive systems/chains/oscillator_ring.yaml --parameter n=65",
         "derive FOLDER/warned.yaml",
+        "derive FOLDER/sampled.yaml --with latex",
     ),
     "check": (
         f"check {PENDULUM}",
@@ -98,6 +99,17 @@ initial: {x: 1, dot(x): 0}
 simulate: {until: 5}
 """
 
+SAMPLED = """\
+name: sampled
+parameters: {m: 2}
+particles: {p: {mass: m, position: [x, 0, 0]}}
+coordinates: [x]
+inputs: [F]
+forces: {motor: {on: x, force: F}}
+controllers: {every: 0.1, hold: {F: -e - x}, memory: {e: e + x}}
+initial: {x: 1, dot(x): 0, e: 0}
+"""
+
 every_report = pytest.mark.parametrize("name", list(REPORTS))
 every_command = pytest.mark.parametrize(
     "name", [pytest.param(n, marks=[] if n in FAST else pytest.mark.slow) for n in COMMANDS]
@@ -108,6 +120,7 @@ every_command = pytest.mark.parametrize(
 def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("fit")
     (made / "spring.yaml").write_text(SPRING)
+    (made / "sampled.yaml").write_text(SAMPLED)
     (made / "warned.yaml").write_text(SPRING.replace("m: 2,", "m: 2, c: 1,"))
     (made / "wrong.yaml").write_text(SPRING.replace("k*x^2", "k*y^2"))
     rows = [f"{0.2 * k},{math.cos(math.sqrt(1.5) * 0.2 * k) + 1e-3 * (-1) ** k}" for k in range(20)]

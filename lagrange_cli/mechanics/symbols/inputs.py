@@ -1,4 +1,4 @@
-"""Inputs of a system, and their symbols put into its equations."""
+"""Inputs of a system, their symbols put into its equations, and controllers that hold them."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.free_symbols import unknown_slope
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
 from lagrange_cli.mechanics.symbols.names import Names
-from lagrange_cli.mechanics.system import Input
+from lagrange_cli.mechanics.system import Controller, Input, State
 
 if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Closure, System
+    from lagrange_cli.scene.language.expression import Expression
+    from lagrange_cli.scene.model import Scene
 
 _Put = Callable[["Expr"], "Expr"]
 
@@ -37,6 +40,58 @@ def inputs_of(names: Names) -> Iterator[Input]:
             yield Input(name, symbol, expression, declared.recording, order)
 
 
+def controllers_of(
+    scene: Scene,
+    number: Callable[[Expression], Expr | None],
+    convert: Callable[[Expression], Expr],
+) -> Iterator[Controller]:
+    """Yield the controllers; ``convert`` writes an expression of the scene over (q, v, t), and
+    ``number`` evaluates one in parameters, None if one of them has no value.
+
+    Raises
+    ------
+    InputError
+        Located: the time between samples is not positive.
+    """
+    for declared in scene.controllers:
+        every = number(declared.every)
+        if every is not None and not every > 0:
+            message = f"the time between samples must be positive, found {declared.every.text}"
+            raise InputError(Problem(message, declared.every.mark(), rule="controllers"))
+        yield Controller(
+            declared.name,
+            convert(declared.every),
+            tuple((value.name, convert(value.expression)) for value in declared.held_inputs),
+            tuple((value.name, convert(value.expression)) for value in declared.memory),
+        )
+
+
+def closed_loop(equations: Equations) -> Equations:
+    """Return the equations with inputs that controllers hold as states of rate 0, the last ones.
+
+    They start at 0, until the sample at the start sets them.
+    """
+    system = equations.system
+    sampled = {name for controller in system.controllers for name, _ in controller.held_inputs}
+    if not sampled:
+        return equations
+    states = tuple(State(u.name, u.symbol, sp.S.Zero) for u in system.inputs if u.name in sampled)
+    initial = system.initial
+    if initial is not None:
+        initial = replace(
+            initial,
+            states=(*initial.states, *(0.0 for _ in states)),
+            decimals=(*initial.decimals, *("0" for _ in states)) if initial.decimals else (),
+        )
+    closed = replace(
+        system,
+        inputs=tuple(u for u in system.inputs if u.name not in sampled),
+        states=(*system.states, *states),
+        initial=initial,
+    )
+    return replace(equations, system=closed)
+
+
 def with_symbols_of_inputs(equations: Equations) -> Equations:
     """Write inputs with rates, which are functions of t, as symbols that do not hang on it."""
     places = {u.symbol: sp.Symbol(u.name, real=True) for u in equations.system.inputs}
@@ -45,6 +100,17 @@ def with_symbols_of_inputs(equations: Equations) -> Equations:
     system = rewritten(equations.system, lambda e: e.xreplace(places))
     inputs = tuple(replace(u, symbol=places[u.symbol]) for u in system.inputs)
     return replace(equations, system=replace(system, inputs=inputs))
+
+
+def controllers_with(controllers: tuple[Controller, ...], put: _Put) -> tuple[Controller, ...]:
+    """Apply a function to what controllers set."""
+
+    def each(values: tuple[tuple[str, Expr], ...]) -> tuple[tuple[str, Expr], ...]:
+        return tuple((name, put(e)) for name, e in values)
+
+    return tuple(
+        replace(c, held_inputs=each(c.held_inputs), memory=each(c.memory)) for c in controllers
+    )
 
 
 def rewritten(system: System, put: _Put) -> System:
@@ -94,6 +160,7 @@ def rewritten(system: System, put: _Put) -> System:
         forcing=each(system.forcing),
         energy=put(system.energy),
         states=tuple(replace(s, rate=put(s.rate)) for s in system.states),
+        controllers=controllers_with(system.controllers, put),
         closures=tuple(map(closure, system.closures)),
         contacts=tuple(replace(c, closure=closure(c.closure)) for c in system.contacts),
         outputs=tuple((name, put(e)) for name, e in system.outputs),

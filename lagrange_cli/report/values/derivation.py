@@ -54,7 +54,8 @@ if TYPE_CHECKING:
 _EXPRESSIONS = (
     *("singular", "kinetic", "potential", "lagrangian", "equations", "multiplier_equations"),
     *("mass_matrix", "forcing", "conserved", "energy_balance", "closure", "contacts"),
-    *("states", "inputs", "outputs", "constraint_forces", "constraint_multipliers"),
+    *("states", "controllers", "inputs", "outputs"),
+    *("constraint_forces", "constraint_multipliers"),
     *("hamiltonian", "canonical", "routhian", "effective_potential", "gyroscopic", "recovered"),
     *("first_order", "small_oscillations"),
 )

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import EnergyBalance, Facts, FormulationChoice
-    from lagrange_cli.mechanics.system import Closure, Contact, Input, State
+    from lagrange_cli.mechanics.system import Closure, Contact, Controller, Input, State
     from lagrange_cli.scene.model import DeclaredFunction
 
 
@@ -240,6 +240,12 @@ _OUTPUT: JsonObject[tuple[str, Expr]] = JsonObject(
     Key("name", TEXT, "Its name.", lambda pair: pair[0]),
     Key("expression", EXPRESSION, "Its expression.", lambda pair: pair[1]),
 )
+_CONTROLLER: JsonObject[Controller] = JsonObject(
+    Key("name", TEXT, "Its name; empty if it is the only one.", lambda c: c.name),
+    Key("every", EXPRESSION, "The time between its samples."),
+    Key("hold", list_of(_OUTPUT), "Inputs that it sets.", lambda c: c.held_inputs),
+    Key("memory", list_of(_OUTPUT), "States that it sets."),
+)
 FINDINGS: JsonObject[Equations] = JsonObject(
     Key("cyclic", NAMES, "Cyclic coordinates.", lambda e: e.derivation.cyclic),
     Key(
@@ -283,6 +289,13 @@ FINDINGS: JsonObject[Equations] = JsonObject(
         list_of(_STATE),
         "States of first order with their rates; they are no degrees of freedom.",
         lambda equations: equations.system.states or None,
+        optional=True,
+    ),
+    Key(
+        "controllers",
+        list_of(_CONTROLLER),
+        "Sampled controllers, with the values behind a sample over those before it.",
+        lambda equations: equations.system.controllers or None,
         optional=True,
     ),
     Key("inputs", list_of(_INPUT), "Inputs of the scene.", lambda e: e.system.inputs),

@@ -1,19 +1,23 @@
-"""Checks of inputs and states where rates would have to be known, and inputs that have two."""
+"""Checks of inputs and states where rates would have to be known, inputs that have two, and inputs
+that controllers hold."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from lagrange_cli.errors import Mark
 from lagrange_cli.scene.checks.dependencies import NONSMOOTH, ExpressionTraits
 from lagrange_cli.scene.checks.uses import Use, uses
+from lagrange_cli.scene.declared_numbers import DeclaredInput
 from lagrange_cli.scene.language.expression import (
     TIME_DERIVATIVES,
     Call,
     Node,
+    Number,
     names_in,
     walk,
 )
-from lagrange_cli.scene.language.problems import Problems
+from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import Scene
 
 
@@ -65,8 +69,49 @@ def check_states(use: Use, names: dict[str, ExpressionTraits], problems: Problem
                 return
 
 
+def check_controllers(scene: Scene, problems: Problems) -> None:
+    """Refuse what controllers hold if it is no input, has a value, or is held twice."""
+    inputs = {u.name: u for u in scene.inputs}
+    first: dict[str, Mark] = {}
+    for controller in scene.controllers:
+        for setting in controller.held_inputs:
+            declared = inputs.get(setting.name)
+            if declared is None:
+                problems.add(
+                    f"a controller holds {shown(setting.name)}, which is no input",
+                    setting.mark,
+                    hint=suggestion(setting.name, inputs, f"inputs: [{setting.name}] declares it"),
+                    rule="unknown-name",
+                )
+            elif not _is_free(declared):
+                problems.add(
+                    f"a controller holds '{setting.name}', which has a value of its own",
+                    setting.mark,
+                    hint=f"inputs: [{setting.name}] declares it without one",
+                    rule="clash",
+                )
+            elif setting.name in first:
+                problems.add(
+                    f"'{setting.name}' is held twice",
+                    setting.mark,
+                    hint=f"it is held first on line {first[setting.name].line}",
+                    rule="duplicate",
+                )
+            first.setdefault(setting.name, setting.mark)
+
+
+def _is_free(declared: DeclaredInput) -> bool:
+    """Tell whether an input is 0 unless something gives it a value."""
+    expression = declared.expression
+    return (
+        expression is not None and isinstance(expression.node, Number) and not expression.node.value
+    )
+
+
 def without_rate(scene: Scene, name: str) -> str:
     """Say why an input has no two rates, and what does; empty if it has."""
+    if any(u.name == name for c in scene.controllers for u in c.held_inputs):
+        return "held by a controller it jumps at each sample"
     declared = next(u for u in scene.inputs if u.name == name)
     if declared.recording is not None:
         if declared.recording.interpolation == "cubic":

@@ -14,7 +14,11 @@ from lagrange_cli.scene.checks.dependencies import (
     dependency_order,
     rate_node,
 )
-from lagrange_cli.scene.checks.external import check_inputs, check_states
+from lagrange_cli.scene.checks.external import (
+    check_controllers,
+    check_inputs,
+    check_states,
+)
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
 from lagrange_cli.scene.checks.targets import check_target
 from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
@@ -73,6 +77,7 @@ def check_names(
         # What frames imply holds what is written in them, which is among the parts.
         if not isinstance(use.expression, ComposedExpression):
             _check_known(use, table, reported, problems)
+    check_controllers(scene, problems)
     _check_functions(scene, table, problems)
     _check_values(scene, table, problems)
     for force in scene.forces:

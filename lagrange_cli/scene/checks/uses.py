@@ -63,6 +63,12 @@ _RATE = Restrictions(
     hint="accelerations and multipliers follow from the states: a rate holds positions, velocities,"
     " states, inputs and t",
 )
+_SAMPLED = Restrictions(
+    rate=1,
+    inputs=True,
+    states=True,
+    hint="accelerations jump at samples: a controller has positions, velocities, states, inputs, t",
+)
 _NUMBER = Restrictions(names="parameters")
 _CANONICAL = Restrictions(inputs=True, states=True, momenta=True)
 _MOTION = Restrictions(rate=2, inputs=True, states=True, multipliers=True)
@@ -97,6 +103,10 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
             yield Use(declared.expression, f"input '{declared.name}'", Restrictions(names="time"))
     for state in scene.states:
         yield Use(state.rate, f"the rate of state '{state.name}'", _RATE)
+    for controller in scene.controllers:
+        yield Use(controller.every, "'every' of a controller", _NUMBER)
+        for value in controller.values:
+            yield Use(value.expression, f"what a controller makes of '{value.name}'", _SAMPLED)
     for particle in scene.particles:
         word = "body" if isinstance(particle, Body) else "particle"
         what = f"the mass of {word} '{particle.name}'"

@@ -1,15 +1,23 @@
-"""Reading the sections that declare names: sizes, parameters, inputs, particles, points,
-coordinates, definitions."""
+"""Reading the sections that declare names: sizes, parameters, inputs, states, controllers,
+particles, points, coordinates, definitions."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from collections.abc import Mapping as AbstractMapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.latex_allowlist import between_dollars, check_latex
-from lagrange_cli.scene.declared_numbers import DeclaredInput, DeclaredParameter, DeclaredState
-from lagrange_cli.scene.language.expression import Expression, Name, Number
+from lagrange_cli.scene.declared_numbers import (
+    DeclaredController,
+    DeclaredInput,
+    DeclaredParameter,
+    DeclaredState,
+    SampledValue,
+)
+from lagrange_cli.scene.language.expression import Expression, Name, Number, names_in
 from lagrange_cli.scene.language.problems import shown
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import (
@@ -127,19 +135,91 @@ def read_states(node: SourceNode, reading: Reading) -> tuple[DeclaredState, ...]
     return tuple(filter(None, (_state(key, value, reading) for key, value in entries)))
 
 
-def _state(key: Scalar, node: SourceNode, reading: Reading) -> DeclaredState | None:
+def _state(
+    key: Scalar, node: SourceNode, reading: Reading, moved_by: str = "rate"
+) -> DeclaredState | None:
+    """Read a state, whose field ``rate`` may be the next value that the field ``next`` has."""
     what = f"state '{key.text}'"
-    fields = {"rate": node}
+    fields = {moved_by: node}
     if isinstance(node, Mapping):
-        known = ("rate", "unit", "description", "latex")
-        fields = reading.fields(node, what, known, required=("rate",))
-    rate = reading.expression(fields["rate"], f"the rate of {what}") if "rate" in fields else None
+        known = (moved_by, "unit", "description", "latex")
+        fields = reading.fields(node, what, known, required=(moved_by,))
+    moved = None
+    if moved_by in fields:
+        moved = reading.expression(fields[moved_by], f"the {moved_by} of {what}")
     texts = (
         read_text_field(fields, "unit", what, reading),
         _description(fields, what, reading),
         with_indices(read_latex(fields, what, reading), key.text),
     )
-    return None if rate is None else DeclaredState(key.text, key.mark, rate, *texts)
+    return None if moved is None else DeclaredState(key.text, key.mark, moved, *texts)
+
+
+#: Keys of a controller.
+_CONTROLLER = ("every", "hold", "memory")
+
+
+def read_controllers(
+    node: SourceNode, reading: Reading
+) -> tuple[tuple[DeclaredController, ...], tuple[DeclaredState, ...]]:
+    """Read ``controllers``, one or several by name, and their memory as states of rate 0."""
+    mapping = reading.mapping(node, "'controllers'", "a controller or a mapping of names")
+    if mapping is None:
+        return (), ()
+    read = _Controllers(reading)
+    if any(key.text in _CONTROLLER for key, _ in mapping.entries):
+        read.add("", mapping)
+    else:
+        for key, value in reading.named(node, "controllers", symbols=False):
+            read.add(key.text, value)
+    return tuple(read.controllers), tuple(read.memory)
+
+
+@dataclass
+class _Controllers:
+    """Controllers as they are read, and their memory."""
+
+    reading: Reading
+    controllers: list[DeclaredController] = field(default_factory=list)
+    memory: list[DeclaredState] = field(default_factory=list)
+
+    def add(self, name: str, node: SourceNode) -> None:
+        """Read a controller; one that stands alone has no name."""
+        reading, what = self.reading, f"controller '{name}'" if name else "the controller"
+        mapping = reading.mapping(node, what, "a mapping of every, hold and memory")
+        if mapping is None:
+            return
+        fields = reading.fields(mapping, what, _CONTROLLER, required=("every",))
+        every = _period(fields["every"], what, reading) if "every" in fields else None
+        inputs, memory = list[SampledValue](), list[SampledValue]()
+        for key, value in self._named(fields, "hold"):
+            expression = reading.expression(value, f"'{key.text}' in 'hold' of {what}")
+            inputs += [SampledValue(key.text, key.mark, expression)] if expression else []
+        for key, value in self._named(fields, "memory"):
+            state = _state(key, value, reading, "next")
+            if state is not None:
+                memory.append(SampledValue(state.name, state.mark, state.rate))
+                self.memory.append(replace(state, rate=_zero(state.mark)))
+        if not (fields.keys() & {"hold", "memory"}):
+            reading.problems.add(f"{what} has no 'hold'", mapping.mark, rule="missing")
+        if every is not None:
+            declared = DeclaredController(name, mapping.mark, every, tuple(inputs), tuple(memory))
+            self.controllers.append(declared)
+
+    def _named(
+        self, fields: AbstractMapping[str, SourceNode], key: str
+    ) -> Iterator[tuple[Scalar, SourceNode]]:
+        return self.reading.named(fields[key], key, symbols=True) if key in fields else iter(())
+
+
+def _period(node: SourceNode, what: str, reading: Reading) -> Expression | None:
+    """Read ``every``: samples are at exact multiples of a number, or of a parameter's decimals."""
+    every = reading.expression(node, f"'every' of {what}")
+    if every is None or isinstance(every.node, Name) or not any(names_in(every.node)):
+        return every
+    hint = "a parameter may have an expression as its value"
+    reading.expected("a number or the name of a parameter", f"'every' of {what}", node, hint)
+    return None
 
 
 def read_functions(node: SourceNode, reading: Reading) -> tuple[DeclaredFunction, ...]:

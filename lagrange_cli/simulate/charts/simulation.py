@@ -78,7 +78,7 @@ def simulate_past_singularities(
         As :func:`.simulate.simulation.simulate`.
     """
     context = context or RunContext()
-    if model.chart is None and not model.singular:
+    if (model.chart is None and not model.singular) or model.controllers:
         return integrate(model, context.resolved(model, options), context)
     # Most systems do without.
     from lagrange_cli.simulate.charts.passages import simulate_in_charts

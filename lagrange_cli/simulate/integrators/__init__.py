@@ -12,6 +12,7 @@ from lagrange_cli.simulate.integrators.external.sundials import CVODE
 from lagrange_cli.simulate.integrators.gauss import Gauss16
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import ContactMotion
 from lagrange_cli.simulate.integrators.hybrid.contact_system import HybridRhs
+from lagrange_cli.simulate.integrators.hybrid.sampled_motion import SampledMotion
 from lagrange_cli.simulate.integrators.hybrid.surface_motion import SurfaceMotion
 from lagrange_cli.simulate.integrators.native.function import NativeRhs
 from lagrange_cli.simulate.integrators.native.methods import COMPILED
@@ -39,6 +40,8 @@ def start_integrator(
     structure = structured(rhs)
     if not method.projects and structure.project is not None:
         raise ValueError(f"{method.name} cannot move its states onto constraints")
+    if structure.sampling is not None:
+        return SampledMotion(partial(start_integrator, method), rhs, t0, y0, t_end, control)
     if isinstance(rhs, HybridRhs):
         return ContactMotion(partial(start_integrator, method), rhs, t0, y0, t_end, control)
     if structure.surfaces is not None and method.interpolates and not method.traces:

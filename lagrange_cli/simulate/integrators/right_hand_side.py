@@ -17,6 +17,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any, Self, TypeAlias
 
 import numpy as np
@@ -105,6 +106,49 @@ class InputPieces:
         return float(self.starts[piece + 1]) if piece + 1 < len(self.starts) else math.inf
 
 
+@dataclass(frozen=True)
+class Sampling:
+    """Numbers of a state that change at samples alone: at the start, and at multiples of a period.
+
+    Attributes
+    ----------
+    periods
+        Time between samples of each controller, exact.
+    places
+        The numbers of y that each of them sets.
+    values
+        Next values of these, one controller's after the other's, over the state before a sample.
+    """
+
+    periods: tuple[Fraction, ...]
+    places: tuple[tuple[int, ...], ...]
+    values: Rhs
+
+    def numbers(self, t: float) -> list[int]:
+        """Return the number of the first multiple of each period behind a time."""
+        late = Fraction(t) + Fraction(_SAME_TIME_ULPS * math.ulp(t))
+        return [math.floor(late / period) + 1 for period in self.periods]
+
+    def due(self, numbers: Sequence[int]) -> tuple[float, list[int]]:
+        """Return the time of the first of some multiples, and whose samples are then."""
+        times = [k * period for k, period in zip(numbers, self.periods, strict=True)]
+        first = min(times)
+        return float(first), [c for c, time in enumerate(times) if time == first]
+
+    def sampled(self, t: float, y: Array, controllers: Sequence[int]) -> Array:
+        """Return the state behind a sample of some controllers."""
+        after, values, place = np.array(y, dtype=float), self.values(t, y), 0
+        for c, places in enumerate(self.places):
+            if c in controllers:
+                after[list(places)] = values[place : place + len(places)]
+            place += len(places)
+        return after
+
+    def started(self, t: float, y: Array) -> Array:
+        """Return the state at the start of a run, where all controllers sample."""
+        return self.sampled(t, y, range(len(self.places)))
+
+
 class StructuredRhs(ABC):
     """A right-hand side with the structure that methods may use besides its values.
 
@@ -120,6 +164,8 @@ class StructuredRhs(ABC):
         Its switching surfaces; None if it is smooth.
     states
         Number of states of first order behind the velocities.
+    sampling
+        What changes at samples; None if nothing does.
     """
 
     project: Projection | None = None
@@ -127,6 +173,7 @@ class StructuredRhs(ABC):
     pieces: InputPieces | None = None
     surfaces: Surfaces | None = None
     states: int = 0
+    sampling: Sampling | None = None
 
     @abstractmethod
     def __call__(self, t: float, y: Array) -> Array:
@@ -144,6 +191,10 @@ class StructuredRhs(ABC):
     def with_surfaces(self, surfaces: Surfaces) -> Self:
         """Return the right-hand side with switching surfaces."""
         return self._copied_with("surfaces", surfaces)
+
+    def with_sampling(self, sampling: Sampling | None) -> Self:
+        """Return the right-hand side with numbers that change at samples, or without any."""
+        return self._copied_with("sampling", sampling)
 
     def with_states(self, states: int) -> Self:
         """Return the right-hand side of a system with states of first order."""

@@ -9,6 +9,8 @@ from sympy import Integer
 
 from lagrange_cli.emit.c.constraints import workspace_size
 from lagrange_cli.errors import InputError, Mark, placed
+from lagrange_cli.mechanics.symbols.inputs import closed_loop
+from lagrange_cli.mechanics.symbols.values import decimal
 from lagrange_cli.mechanics.system import Parameter
 from lagrange_cli.program.emitted_functions import (
     constraint_programs,
@@ -35,7 +37,13 @@ from lagrange_cli.simulate.model.expressions import (
 )
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.model.labels import labels_of
-from lagrange_cli.simulate.model.model import Code, Model, ModelParameter, ModelQuantity
+from lagrange_cli.simulate.model.model import (
+    Code,
+    Model,
+    ModelController,
+    ModelParameter,
+    ModelQuantity,
+)
 from lagrange_cli.simulate.model.sharp_functions import (
     peak_exponents,
     steep_arguments,
@@ -62,7 +70,7 @@ from lagrange_cli.simulate.native.sources import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from sympy import Expr
 
@@ -119,7 +127,7 @@ def model_of(equations: Equations) -> Model:
         At the scene's place: a number of the equations is beyond doubles.
     """
     try:
-        return _model_of(equations)
+        return _model_of(closed_loop(equations))
     except InputError as refusal:
         raise placed(refusal, Mark(equations.presentation.file, 1, 1)) from refusal
 
@@ -129,11 +137,13 @@ def _model_of(equations: Equations) -> Model:
     initial = equations.system.initial
     facts = asdict(equations.derivation.facts)
     del facts["unused_parameters"]
+    facts["autonomous"] &= not equations.system.controllers
     evaluated = _Evaluated.from_equations(_with_terms(equations))
     return Model(
         name=equations.presentation.name,
         coordinates=tuple(c.name for c in equations.system.coordinates),
         states=tuple(s.name for s in equations.system.states),
+        controllers=tuple(_controllers(equations)),
         kinds=coordinate_kinds(equations.system.coordinates),
         cartesian=tuple(c.name for c in equations.system.cartesian_names),
         parameters=tuple(
@@ -173,6 +183,18 @@ def _model_of(equations: Equations) -> Model:
     )
 
 
+def _controllers(equations: Equations) -> Iterator[ModelController]:
+    """Yield the controllers, with the places in y of what they set."""
+    places = {name: k for k, name in enumerate(equations.system.state_names)}
+    for controller in equations.system.controllers:
+        every = controller.every
+        text = (
+            every.name if every.is_Symbol else str(every) if every.is_Rational else decimal(every)
+        )
+        named = (*controller.held_inputs, *controller.memory)
+        yield ModelController(text, tuple(places[name] for name, _ in named))
+
+
 def _massless(equations: Equations) -> tuple[str, ...]:
     """List the coordinates whose inertia vanishes everywhere because a parameter is 0."""
     vanished = {p.symbol: Integer(0) for p in equations.system.parameters if p.value == 0}
@@ -209,6 +231,9 @@ def _programs(equations: Equations) -> dict[str, Program]:
     programs = {name: program_of(equations, name) for name in _EVALUATORS}
     if equations.system.outputs:
         programs["outputs"] = program_of(equations, "outputs")
+    if equations.system.controllers:
+        sampled = (e for c in equations.system.controllers for _, e in (*c.held_inputs, *c.memory))
+        programs["sampled"] = outputs_program(equations, sampled)
     constrained = constraint_programs(equations, programs["rhs"])
     return programs | constrained | contact_programs(equations)
 

@@ -12,7 +12,7 @@ from lagrange_cli.errors import InputError, NotRealError, Problem, nearest
 from lagrange_cli.files.interpolation import COEFFICIENTS
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import with_numbers
-from lagrange_cli.mechanics.symbols.inputs import rewritten
+from lagrange_cli.mechanics.symbols.inputs import controllers_with, rewritten
 from lagrange_cli.mechanics.system import Input
 from lagrange_cli.simulate.model.expressions import calls_and_powers
 from lagrange_cli.simulate.model.sharp_functions import steep_arguments
@@ -125,6 +125,7 @@ def substitute_inputs(equations: Equations) -> Equations:
             system,
             forcing=tuple(map(put, system.forcing)),
             states=tuple(replace(s, rate=put(s.rate)) for s in system.states),
+            controllers=controllers_with(system.controllers, put),
             energy=put(system.energy),
             kinetic=put(system.kinetic),
             potential=put(system.potential),

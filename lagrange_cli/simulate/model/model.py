@@ -143,6 +143,22 @@ class ModelQuantity:
 
 
 @dataclass(frozen=True)
+class ModelController:
+    """A sampled controller of a model.
+
+    Attributes
+    ----------
+    every
+        Time between samples: a number with 40 digits or a fraction, or the name of a parameter.
+    places
+        The numbers of y that it sets.
+    """
+
+    every: str
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Model:
     """A system of second order in time, M(q, t) a = f(q, v, t), ready to be integrated.
 
@@ -152,6 +168,8 @@ class Model:
         The scene's.
     states
         States of first order, behind the velocities in y.
+    controllers
+        What sets some of these at samples; the code's function ``sampled`` gives their next values.
     coordinates, kinds
         One entry a coordinate; its kind is ``angle``, or a word that coordinates of the same
         dimension share.
@@ -255,6 +273,7 @@ class Model:
     labels: Labels = field(default_factory=Labels)
     initial_decimals: tuple[str, ...] = field(default=(), compare=False)
     states: tuple[str, ...] = ()
+    controllers: tuple[ModelController, ...] = ()
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -303,6 +322,13 @@ class Model:
         pairs = zip_longest(start, self.initial_decimals[: len(start)], fillvalue="")
         return [_exact(float(value), str(decimal)) for value, decimal in pairs]
 
+    @property
+    def periods(self) -> tuple[Fraction, ...]:
+        """Times between the samples of controllers, as exact as they are known."""
+        pairs = zip(self.parameters, self.numbers, self.exact_numbers, strict=True)
+        known = {p.name: Fraction(value) if x is None else x for p, value, x in pairs}
+        return tuple(known.get(c.every) or Fraction(c.every) for c in self.controllers)
+
     def to_json(self) -> dict[str, Any]:
         """Return the model as values that JSON holds; doubles keep all their digits."""
         return asdict(self)
@@ -326,6 +352,10 @@ class Model:
         fields["defaults"] = _defaults(**fields["defaults"])
         functions = StoredFunctions(**fields["code"]["functions"])
         fields["code"] = Code(**{**fields["code"], "functions": functions})
+        controllers = (
+            ModelController(c["every"], tuple(c["places"])) for c in fields["controllers"]
+        )
+        fields["controllers"] = tuple(controllers)
         fields["labels"] = Labels(**fields["labels"])
         fields["singular"] = tuple(_place(**place) for place in fields["singular"])
         fields["chart"] = None if fields["chart"] is None else _chart(**fields["chart"])

@@ -64,7 +64,9 @@ def output_names(kind: str, number: int, size: int) -> tuple[str, ...]:
 def with_values(equations: Equations, kind: str, values: Sequence[Expr]) -> Equations:
     """Return equations whose outputs include those of :func:`output_names` for each value."""
     from lagrange_cli.mechanics.algebra.derivatives import derivative
+    from lagrange_cli.mechanics.symbols.inputs import closed_loop
 
+    equations = closed_loop(equations)
     state = equations.system.state_symbols
     outputs: list[tuple[str, Expr]] = []
     for number, value in enumerate(values):
@@ -183,8 +185,11 @@ def with_section(equations: Equations, condition: WrittenCondition) -> Equations
     Raises
     ------
     InputError
-        Located: what is wrong with the condition; or there are contacts.
+        Located: what is wrong with the condition; or there are contacts or controllers.
     """
+    if equations.system.controllers:
+        message = "sections of motions that controllers sample, whose forces jump, are not found"
+        raise InputError(Problem(message, hint="--plot-of shows samples", rule="section"))
     if equations.system.contacts:
         message = "sections of motions with contacts, where velocities jump, are not found"
         raise InputError(Problem(message, hint="--plot-of shows samples", rule="section"))

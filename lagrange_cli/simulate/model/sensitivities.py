@@ -200,6 +200,8 @@ def _require_smooth(equations: Equations, model: Model) -> None:
         hint = "--formulation minimal, where there is one"
     elif equations.system.contacts or model.surfaces:
         reason = "contacts, or kinks and jumps of the forces, make it change by jumps"
+    elif model.controllers:
+        reason = "a controller samples it"
     if reason:
         message = f"the motion's derivatives are not found where {reason}"
         raise InputError(Problem(message, hint=hint, rule="sensitivity"))

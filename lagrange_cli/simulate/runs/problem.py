@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -255,6 +255,37 @@ def unsampled_motion(problem: InitialValueProblem, shown: Array, moved: Array) -
         hidden[:n] &= ~rests
         hidden[problem.layout.velocities] &= ~rests
     return np.where(hidden, moved, 0.0)
+
+
+#: Samples of controllers that are followed: each begins a piece of the motion, at some 0.1 ms.
+_MOST_SAMPLINGS = 1_000_000
+
+
+def sampled_start(rhs: Rhs, times: RowSequence, y0: Array) -> Array:
+    """Return the initial state, behind the first samples of controllers if there are any.
+
+    Raises
+    ------
+    InputError
+        What they set does not exist, or they sample too often to be followed.
+    """
+    sampling, start, until = structured(rhs).sampling, float(times[0]), float(times[-1])
+    if sampling is None:
+        return y0
+    refused = partial(Problem, rule="controllers")
+    if any(period <= 0 for period in sampling.periods):
+        raise InputError(refused("the time between samples of a controller is not positive"))
+    count = (until - start) * sum(1 / float(period) for period in sampling.periods)
+    if count > _MOST_SAMPLINGS:
+        hint = f"at most {_MOST_SAMPLINGS:,} samples are followed"
+        raise InputError(
+            refused(f"controllers sample {count:.3g} times until t = {until!r}", hint=hint)
+        )
+    state = sampling.started(start, y0)
+    if not np.isfinite(state).all():
+        said = "what a controller sets is not finite at the start"
+        raise InputError(refused(said, hint="start elsewhere"))
+    return state
 
 
 #: Distance that a start may have from the constraints, as a part of the largest coordinate or

@@ -19,6 +19,7 @@ from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     ModeChange,
     NearContact,
 )
+from lagrange_cli.simulate.integrators.hybrid.sampled_motion import SampledMotion
 from lagrange_cli.simulate.runs.problem import InitialValueProblem
 from lagrange_cli.simulate.samples import RowSequence
 
@@ -100,7 +101,7 @@ class Run:
         except UnfitError as error:
             raise _unfit(method, error) from error
         made = self._integrator
-        self._contacts = made if isinstance(made, ContactMotion) else None
+        self._contacts = made if isinstance(made, ContactMotion | SampledMotion) else None
 
     @property
     def rows(self) -> RowSequence:

@@ -19,7 +19,7 @@ from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
 from lagrange_cli.simulate.integrators.native.c_types import DOUBLE, WIDER_TYPES, NativeReal
-from lagrange_cli.simulate.integrators.right_hand_side import Rhs, structured
+from lagrange_cli.simulate.integrators.right_hand_side import Rhs, Sampling, structured
 from lagrange_cli.simulate.model.model import Code, Model
 from lagrange_cli.simulate.system.code import InterpretedCode, ModelCode, NativeCode
 from lagrange_cli.simulate.system.contacts import ContactRhs
@@ -201,7 +201,7 @@ class _Evaluators:
             return self._on_surfaces(within, guards)
 
         plain = replace(plain, guarded=lambda guards: guarded(tuple(guards.tolist())))
-        return self._with_contacts(self._on_surfaces(plain, None))
+        return self._with_samples(self._with_contacts(self._on_surfaces(plain, None)))
 
     def _sides(self, guards: Array | None) -> tuple[Rhs, tuple[Rhs, Rhs]]:
         """Return the right-hand side and the two perturbed ones."""
@@ -246,6 +246,23 @@ class _Evaluators:
         return replace(
             _changed(functions, side),
             guarded=guarded and (lambda guards: self._with_contacts(guarded(guards))),
+        )
+
+    def _with_samples(self, functions: RightHandSide) -> RightHandSide:
+        """Give right-hand sides what controllers set at samples, if there are any."""
+        model, guarded = self.model, functions.guarded
+        if not model.controllers:
+            return functions
+        places = tuple(controller.places for controller in model.controllers)
+
+        def side(rhs: Rhs, pattern: int) -> Rhs:
+            parameters = parameter_values(model, pattern)
+            values = self.code(pattern, None).row("sampled", sum(map(len, places)), parameters)
+            return structured(rhs).with_sampling(Sampling(model.periods, places, values))
+
+        return replace(
+            _changed(functions, side),
+            guarded=guarded and (lambda guards: self._with_samples(guarded(guards))),
         )
 
 

@@ -112,6 +112,8 @@ def _require_action(equations: Equations) -> None:
     elif acting:
         reason = f"the force {_listed(acting)} has no potential: no action has its motion"
         hint = "write it as a potential if it has one"
+    elif equations.system.controllers:
+        reason = "a controller samples the motion: no action has what it holds"
     elif equations.system.contacts:
         reason = "paths are not varied across contacts, where velocities jump"
     elif any(c.kind == "velocity" for c in equations.system.closures):

@@ -67,7 +67,19 @@ initial: {x: 1}
 simulate: {until: 20}
 """
 
-SCENES = {"pendulum": PENDULUM, "ball": BALL, "rod": ROD, "driven": DRIVEN}
+SAMPLED = """
+particles: {ball: {mass: 1, position: [x, 0, z]}}
+coordinates: [x, z]
+potentials: {weight: {gravity: 9.81}}
+constraints: {floor: {unilateral: z >= 0, restitution: 0.5}}
+inputs: [F]
+forces: {push: {on: z, force: F}}
+controllers: {every: 0.35, hold: {F: 20*cos(s) - 3*dot(z)}, memory: {s: s + 1}}
+initial: {x: 0, z: 2, dot(x): 1, s: 0}
+simulate: {until: 20}
+"""
+
+SCENES = {"pendulum": PENDULUM, "ball": BALL, "rod": ROD, "driven": DRIVEN, "sampled": SAMPLED}
 
 
 @pytest.fixture(autouse=True)
@@ -123,7 +135,11 @@ def how_of(method):
 #: Each method, and each kind of scene with a few of them.
 PAIRS = [
     *(("pendulum", method.name) for method in INTEGRATORS.values() if method.resumes),
-    *((name, method) for name in ("ball", "rod", "driven") for method in ("DOP853", "BDF")),
+    *(
+        (name, method)
+        for name in ("ball", "rod", "driven", "sampled")
+        for method in ("DOP853", "BDF")
+    ),
     *((name, "Radau") for name in ("rod", "driven")),
     *((name, "Gauss6") for name in ("rod", "driven")),
 ]
@@ -151,6 +167,7 @@ PROMISES = {
     "ball": {"accuracy": 1e-6, "until": 5.0},
     "rod": {"accuracy": 1e-9},
     "driven": {"accuracy": 1e-7},
+    "sampled": {"accuracy": 1e-7},
 }
 
 

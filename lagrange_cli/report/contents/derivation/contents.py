@@ -21,6 +21,7 @@ from lagrange_cli.report.contents.derivation.freedom import freedom
 from lagrange_cli.report.contents.derivation.motion import (
     closures,
     contacts,
+    controllers,
     motion,
     result,
     states,
@@ -245,6 +246,7 @@ def _above(writer: DocumentWriter, parts: Collection[str], form: str) -> _Parts:
         ("equations", lambda: generalized_forces(writer)),
         *_motion(writer, parts, form),
         ("equations", lambda: None if form == "first-order" else states(writer)),
+        ("equations", lambda: controllers(writer)),
         ("equations constraints", lambda: closures(writer)),
         ("equations constraints", lambda: contacts(writer)),
     )
@@ -303,6 +305,7 @@ def _above_with_steps(
         *_on_board(working(board)),
         *(_motion(writer, parts, form) if form != "lagrange" else ()),
         ("equations", lambda: states(writer)),
+        ("equations", lambda: controllers(writer)),
         ("equations constraints", lambda: contacts(writer)),
     )
 

@@ -37,19 +37,21 @@ from lagrange_cli.report.inlines import (
     in_parentheses,
     joined,
     named,
+    opened,
     partial,
     ranges,
     say,
     symbol,
     total,
 )
-from lagrange_cli.report.tree import Formula, Law, Paragraph, Section, formulas, section
+from lagrange_cli.report.tree import Block, Formula, Law, Paragraph, Section, formulas, section
 
 if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import ShownEquation
+    from lagrange_cli.mechanics.system import State
 
 
 def motion(writer: DocumentWriter, form: str) -> Section | None:
@@ -304,9 +306,27 @@ def contact_rows(writer: DocumentWriter) -> list[Formula]:
 
 def states(writer: DocumentWriter) -> Section | None:
     """Return the rates of the states of first order, and what they are."""
-    listed = writer.equations.system.states
+    memory = {name for c in writer.equations.system.controllers for name, _ in c.memory}
+    listed = [s for s in writer.equations.system.states if s.name not in memory]
     if not listed:
         return None
+    return section(
+        say("States of first order"),
+        Paragraph(
+            say(
+                "The rates of these numbers are given; they are no degrees of freedom, and have"
+                " neither inertia nor momentum."
+            ),
+            only="document",
+        ),
+        formulas([writer.row(symbol(s.name, 1, s.latex), s.rate) for s in listed], result=True),
+        _described(listed),
+        Paragraph(say("States are no degrees of freedom."), only="terminal"),
+    )
+
+
+def _described(listed: Sequence[State]) -> Paragraph | None:
+    """Return units and descriptions of states."""
     described = [
         in_parentheses(
             Inline(symbol(s.name, 0, s.latex)),
@@ -318,18 +338,36 @@ def states(writer: DocumentWriter) -> Section | None:
     ]
     one, many = "State: {listed}.", "States: {listed}."
     meaning = say.counted(len(described), one, many, listed=Listed(tuple(described)))
+    return Paragraph(meaning) if described else None
+
+
+def controllers(writer: DocumentWriter) -> Section | None:
+    """Return what sampled controllers set, and when."""
+    system, blocks = writer.equations.system, list[Block | None]()
+    state_of = {s.name: s for s in system.states}
+    for controller in system.controllers:
+        every = writer.inline(controller.every)
+        when: Text = opened(say("at the start and at all multiples of {time}", time=every))
+        if controller.name:
+            when = in_parentheses(when, Plain(controller.name))
+        rows = [writer.row(symbol(name), e) for name, e in controller.held_inputs]
+        rows += [
+            writer.row(symbol(name, 0, state_of[name].latex), e) for name, e in controller.memory
+        ]
+        blocks += [Paragraph(say("{text}:", text=when)), formulas(rows, result=True)]
+    memory = [state_of[name] for c in system.controllers for name, _ in c.memory]
+    if not blocks:
+        return None
     return section(
-        say("States of first order"),
+        say("Sampled control"),
+        *blocks,
+        _described(memory),
         Paragraph(
             say(
-                "The rates of these numbers are given; they are no degrees of freedom, and have"
-                " neither inertia nor momentum."
-            ),
-            only="document",
+                "What is set is constant until the next sample; on the right are the values before"
+                " it."
+            )
         ),
-        formulas([writer.row(symbol(s.name, 1, s.latex), s.rate) for s in listed], result=True),
-        Paragraph(meaning) if described else None,
-        Paragraph(say("States are no degrees of freedom."), only="terminal"),
     )
 
 

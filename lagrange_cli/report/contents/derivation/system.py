@@ -183,10 +183,11 @@ def inputs(writer: DocumentWriter) -> Section | None:
         for u in writer.equations.system.inputs
         if u.recording is not None and not u.order
     ]
+    sampled = {name for c in writer.equations.system.controllers for name, _ in c.held_inputs}
     expressions = [
         (u.name, u.expression)
         for u in writer.equations.system.inputs
-        if u.recording is None and not u.order
+        if u.recording is None and not u.order and u.name not in sampled
     ]
     return _named(writer, say("Inputs"), expressions, blocks)
 

@@ -66,7 +66,7 @@ def series_along(model: Model, motions: Motions) -> MotionSeries | None:
     if outputs is None:
         return None
     along = MotionSeries(outputs, motions, Panels.of_motions(motions), pieces)
-    if outputs.rates is None or model.contacts or model.surfaces:
+    if outputs.rates is None or model.contacts or model.surfaces or model.controllers:
         return along
     return _checked(along, outputs.rates, model.layout, sharp=model.landmarks > 0)
 
