@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache, partial
 
 import mpmath
@@ -24,13 +24,14 @@ from lagrange_cli.mechanics.depiction import (
     PlacedPoint,
     StatedRelation,
 )
-from lagrange_cli.mechanics.dynamics.element_motions import element_motions
+from lagrange_cli.mechanics.dynamics.element_motions import body_outlines, element_motions
 from lagrange_cli.mechanics.dynamics.idle_potentials import idle_potential_warnings
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.momenta import as_rates
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.dynamics.textbook_form import shown_equations
+from lagrange_cli.mechanics.elements.motion import ElementMotion
 from lagrange_cli.mechanics.energy_balance import energy_balance
 from lagrange_cli.mechanics.equations import (
     Derivation,
@@ -120,7 +121,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
         remarks=_remarks(derivation, initial),
         sources=_sources(derivation, evidence, system.forcing, whole_energy),
     )
-    return Equations(system, known, _presentation(derivation, chart))
+    return Equations(system, known, _presentation(derivation, chart, system.particles))
 
 
 def _system(
@@ -163,7 +164,9 @@ def _system(
     )
 
 
-def _presentation(derivation: Uncertified, chart: ReplacedChart | None) -> Presentation:
+def _presentation(
+    derivation: Uncertified, chart: ReplacedChart | None, particles: Sequence[ElementMotion]
+) -> Presentation:
     """Return the names, letters and units of the scene, and the sources of its picture."""
     reduced = derivation.reduced
     scene = reduced.scene
@@ -181,7 +184,7 @@ def _presentation(derivation: Uncertified, chart: ReplacedChart | None) -> Prese
         latex=dict(_latex(derivation)),
         indices=dict(_indices(derivation)),
         units=_units(derivation, chart),
-        depiction=_depiction(reduced),
+        depiction=_depiction(reduced, particles),
     )
 
 
@@ -206,7 +209,7 @@ def _sources(
     )
 
 
-def _depiction(reduced: Reduced) -> Depiction | None:
+def _depiction(reduced: Reduced, particles: Sequence[ElementMotion]) -> Depiction | None:
     """The points, links, constraints and potentials of the scene, for a picture of it."""
     scene, names = reduced.scene, reduced.names
     if len(names.bodies) > MOST_BODIES:
@@ -217,6 +220,7 @@ def _depiction(reduced: Reduced) -> Depiction | None:
             (x.name, y.name, z.name),
             (reduced.resolved[x], reduced.resolved[y], reduced.resolved[z]),
             point.latex,
+            point.on,
         )
         for point, (x, y, z) in zip(scene.points, names.point_symbols, strict=True)
     ]
@@ -230,6 +234,7 @@ def _depiction(reduced: Reduced) -> Depiction | None:
     gaps = [StatedRelation(u.name, gap_over_names(names, u), True) for u in scene.unilateral]
     potentials = [(term.name, reduced.convert(term.expression)) for term in scene.potentials]
     return Depiction(
+        tuple(body_outlines(reduced, particles)),
         tuple(points),
         tuple(links),
         tuple(r for r in (*stated, *gaps) if r.expression.free_symbols.isdisjoint(rates)),

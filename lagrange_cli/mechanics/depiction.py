@@ -30,12 +30,15 @@ class PlacedPoint:
         r(q, t), along x, y, z.
     latex
         LaTeX of the scene, None if absent.
+    on
+        Name of the body that it is fixed to, None for others.
     """
 
     name: str
     components: tuple[str, str, str]
     position: tuple[Expr, Expr, Expr]
     latex: str | None = None
+    on: str | None = None
 
 
 @dataclass(frozen=True)
@@ -78,11 +81,40 @@ class StatedRelation:
 
 
 @dataclass(frozen=True)
+class BodyOutline:
+    """Vectors over q, t and parameters, along the axes of space, that a rigid body is drawn by.
+
+    Attributes
+    ----------
+    name
+        Name of the body.
+    kind
+        Its shape; None for moments of inertia.
+    spans
+        From the centre of mass: to the end of a rod; to the rim of a disk and to that a right
+        angle on; the same of a sphere or cylinder, then along its axis to the end; to the middle
+        of three faces of a box.
+    origin
+        Place of its origin.
+    base
+        Name of the body that it stands on, None for space.
+    """
+
+    name: str
+    kind: Literal["rod", "disk", "sphere", "cylinder", "box"] | None
+    spans: tuple[tuple[Expr, Expr, Expr], ...]
+    origin: tuple[Expr, Expr, Expr]
+    base: str | None
+
+
+@dataclass(frozen=True)
 class Depiction:
     """Sources of a picture besides the particles.
 
     Attributes
     ----------
+    bodies
+        Outlines of rigid bodies.
     points, links, relations
         Points, helpers between two bodies, constraints between positions.
     potentials
@@ -90,6 +122,7 @@ class Depiction:
         rates are left out.
     """
 
+    bodies: tuple[BodyOutline, ...]
     points: tuple[PlacedPoint, ...]
     links: tuple[BodyLink, ...]
     relations: tuple[StatedRelation, ...]

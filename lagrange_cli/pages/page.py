@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.emit.languages.javascript import emit_javascript
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable, text_prose
-from lagrange_cli.pages.stage import stage_of
+from lagrange_cli.pages.stage import drawn_equations, stage_of
 from lagrange_cli.report.contents.derivation.documents import asked_document, titled
 from lagrange_cli.report.document_options import DEFAULTS
 from lagrange_cli.report.formats import spoken
@@ -90,9 +90,10 @@ def page_of(equations: Equations, trajectory: Trajectory, code: str = "en") -> s
 
 def _head(equations: Equations, trajectory: Trajectory, say: Language) -> Iterator[str]:
     labels = labels_of(equations)
+    drawn = drawn_equations(equations)
     style = STYLE + _resource("page.css")
-    scripts = [_system(equations), _script()]
-    data = _json(_data(equations, trajectory, labels, say))
+    scripts = [_system(drawn), _script()]
+    data = _json(_data(drawn, trajectory, labels, say))
     policy = (
         f"default-src 'none'; script-src {' '.join(map(_hash, scripts))}; "
         f"style-src-elem {_hash(style)}; style-src-attr 'unsafe-inline'; "

@@ -8,21 +8,28 @@ give, so that the page can draw any state of any motion.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from sympy import Integer
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.system import CartesianName
 from lagrange_cli.notation.symbols import printable
+from lagrange_cli.pictures.sketch.configurations import joint_components
 from lagrange_cli.pictures.sketch.links import parts_of
+from lagrange_cli.pictures.sketch.outlines import FACTORS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.mechanics.depiction import BodyOutline
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.pictures.sketch.configurations import Configurations
     from lagrange_cli.pictures.sketch.findings import Findings
     from lagrange_cli.pictures.sketch.guides import Guide
+    from lagrange_cli.pictures.sketch.links import Parts
     from lagrange_cli.pictures.sketch.view import View
     from lagrange_cli.pictures.sketch.wheels import Wheel
 
@@ -35,8 +42,41 @@ _DIGITS, _SAME = 6, 1e-9
 _MOST_NAMED = 12
 
 
+def drawn_equations(equations: Equations) -> Equations:
+    """Return equations whose emitted ``positions`` have also what rigid bodies are drawn by.
+
+    These are the places of their origins and the vectors that span their outlines, behind the
+    names of the scene.
+    """
+    depiction = equations.presentation.depiction
+    if depiction is None or not depiction.bodies:
+        return equations
+    names = [
+        CartesianName(name, part, Integer(0))
+        for body in depiction.bodies
+        for vector, vector_names in [
+            (body.origin, joint_components(body.name)),
+            *zip(body.spans, _span_names(body), strict=True),
+        ]
+        for part, name in zip(vector, vector_names, strict=True)
+    ]
+    system = equations.system
+    known = (*system.cartesian_names, *names)
+    return replace(equations, system=replace(system, cartesian_names=known))
+
+
+def _span_names(body: BodyOutline) -> list[list[str]]:
+    count = range(len(body.spans))
+    return [[f"{axis} of span {k} of {body.name}" for axis in "xyz"] for k in count]
+
+
 def stage_of(equations: Equations) -> dict[str, Any]:
     """Return what the page draws, as plain values.
+
+    Parameters
+    ----------
+    equations
+        Those that :func:`drawn_equations` returns.
 
     Returns
     -------
@@ -44,8 +84,9 @@ def stage_of(equations: Equations) -> dict[str, Any]:
         ``bodies``: name, kind (``mass``, ``joint``, ``origin``) and ``at``, for each axis
         ``["position", k]``, ``["coordinate", k]`` or a number; for a pivot that no expression
         gives, ``about: [body, coordinate]``: it is halfway between the body and where half a turn
-        of the coordinate would take it. ``links``: kind and two bodies. ``wheels``, ``curves``,
-        ``view`` (rows of the projection, whether it is flat) and ``down``.
+        of the coordinate would take it. ``links``: kind and two bodies. ``outlines`` of rigid
+        bodies: the body, its shape, the sources of its spans, and factors of these along lines.
+        ``wheels``, ``curves``, ``view`` (rows of the projection, whether it is flat) and ``down``.
 
     Raises
     ------
@@ -57,6 +98,7 @@ def stage_of(equations: Equations) -> dict[str, Any]:
     return {
         "bodies": list(_bodies(known)),
         "links": [{"kind": link.kind, "ends": list(link.ends)} for link in known.links],
+        "outlines": list(_outlines(parts)),
         "wheels": [_wheel(known.configurations, wheel) for wheel in parts.wheels],
         "curves": [_curve(known, guide) for guide in parts.curves],
         "view": _view(parts.view),
@@ -146,6 +188,17 @@ def _shaping(known: Findings, guide: Guide) -> list[int] | None:
     if equations.system.t in symbols:
         return None
     return [k for k, p in enumerate(equations.system.parameters) if p.symbol in symbols]
+
+
+def _outlines(parts: Parts) -> Iterator[dict[str, Any]]:
+    """Yield the shapes of rigid bodies that do not roll, whose rims wheels have."""
+    places = _sources(parts.known.configurations.equations)
+    rolling = {wheel.particle for wheel in parts.wheels}
+    for number, body in parts.outlines.bodies:
+        if number not in rolling:
+            spans = [[places[name] for name in names] for names in _span_names(body)]
+            lines = [[_numbers(row) for row in factors] for factors in FACTORS[body.kind]]
+            yield {"body": number, "shape": body.kind, "spans": spans, "lines": lines}
 
 
 def _view(view: View) -> dict[str, Any]:

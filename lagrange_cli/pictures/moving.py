@@ -44,7 +44,13 @@ _MARGIN, _HEAD, _BESIDE = 0.45, 0.7, 0.55
 _DPI, _PIXELS, _INCH = 100, 32, 2.54
 
 #: Width of lines in points.
-WIDTHS: Mapping[StrokeKind, float] = {"rod": 1.6, "wheel": 1.2, "spring": 0.9, "damper": 0.9}
+WIDTHS: Mapping[StrokeKind, float] = {
+    "rod": 1.6,
+    "wheel": 1.2,
+    "body": 1.0,
+    "spring": 0.9,
+    "damper": 0.9,
+}
 OTHER_WIDTH = 0.8
 #: Radius of a body in centimetres.
 BODY = 0.1

@@ -7,7 +7,7 @@ on, in the scene's names. A body is a particle at its centre of mass that turns 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.language.expression import Expression
@@ -44,6 +44,28 @@ class Turn:
     reverse: bool = False
 
 
+ShapeKind: TypeAlias = Literal["rod", "disk", "sphere", "cylinder", "box"]
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A shape of uniform density about the centre of mass.
+
+    Attributes
+    ----------
+    kind
+        Its key in the scene.
+    axis
+        Number of the axis of a rod, disk or cylinder in the body's axes.
+    sizes
+        Length, radius, radius and height, or lengths of edges.
+    """
+
+    kind: ShapeKind
+    axis: int
+    sizes: tuple[Expression, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body(Particle):
     """A rigid body: its mass stands at its centre of mass, whose position it has as a particle.
@@ -52,6 +74,12 @@ class Body(Particle):
     ----------
     on
         Name of the frame or body that it moves against, None for space.
+    base
+        Name of the body that it stands on, perhaps over frames; None for space.
+    centre
+        Its centre of mass in its axes, None at its origin.
+    shape
+        The shape that its inertia is written by, None for moments.
     turns
         Its turns against that, in order.
     rotation
@@ -69,6 +97,9 @@ class Body(Particle):
     """
 
     on: str | None
+    base: str | None = None
+    centre: Vector | None = None
+    shape: Shape | None = None
     turns: tuple[Turn, ...]
     rotation: tuple[Expression, ...]
     spin: Vector

@@ -95,12 +95,15 @@ class Point:
         Its x, y and z.
     latex
         Text that it prints as, also below its components; None for its name.
+    on
+        Name of the body that it is fixed to, perhaps over frames; None for others.
     """
 
     name: str
     mark: Mark
     position: tuple[Expression, Expression, Expression]
     latex: str | None = None
+    on: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

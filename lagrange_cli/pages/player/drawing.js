@@ -27,6 +27,33 @@ class Stage {
     return places;
   }
 
+  /** The vectors that span the outline of a rigid body. */
+  spans({ spans }, t, y, p) {
+    const positions = system.positions(t, y, p);
+    return spans.map((span) => located(span, y, positions));
+  }
+
+  /** Places of all bodies, and the ends of what spans their outlines. */
+  reach(t, y, p) {
+    const places = this.places(t, y, p);
+    const ends = this.stage.outlines.flatMap((outline) => this.spans(outline, t, y, p).flatMap(
+      (span) => [1, -1].map((sign) => places[outline.body].map((x, i) => x + sign * span[i])),
+    ));
+    return [...places, ...ends];
+  }
+
+  /** Lines of the outline of a rigid body, seen by a camera. */
+  outline(outline, places, t, y, p, camera) {
+    const centre = places[outline.body];
+    const spans = this.spans(outline, t, y, p);
+    const at = (factors) => centre.map(
+      (x, i) => factors.reduce((sum, factor, k) => sum + factor * spans[k][i], x),
+    );
+    const lines = outline.lines.map((line) => line.map(at));
+    if (outline.shape === 'cylinder') lines.push(...sides(spans, camera).map((side) => side.map(at)));
+    return lines;
+  }
+
   /** Curves that are drawn: those whose parameters have the values of the sketch. */
   curves(p) {
     return this.stage.curves.filter(
@@ -53,6 +80,16 @@ function located(at, y, positions) {
     if (typeof part === 'number') return part;
     return (part[0] === 'coordinate' ? y : positions)[part[1]];
   });
+}
+
+/** Factors along the two lines at which a cylinder is seen from the side. */
+function sides(spans, camera) {
+  const [first, second, along] = spans.map((span) => camera.plane(span));
+  const across = [first, second].map((a) => a[0] * along[1] - a[1] * along[0]);
+  const turn = Math.atan2(across[1], across[0]);
+  return [turn, turn + Math.PI].map(
+    (angle) => [1, -1].map((end) => [Math.cos(angle), Math.sin(angle), end]),
+  );
 }
 
 /** Draws into a canvas. */
@@ -89,6 +126,15 @@ class Painter {
     context.setLineDash(dash);
     context.stroke();
     context.setLineDash([]);
+  }
+
+  circle([x, y], radius, colour, width) {
+    const { context } = this;
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.stroke();
   }
 
   disk([x, y], radius, colour) {
@@ -132,7 +178,7 @@ function linkLines(kind, [x0, y0], [x1, y1], turns) {
   return [[at(0, 0), at(1, 0)]];
 }
 
-const WIDTHS = { rod: 2.5, wheel: 1.5 };
+const WIDTHS = { rod: 2.5, wheel: 1.5, body: 1.2 };
 
 /** Draw what does not move: curves, the ground of wheels, the direction of gravity. */
 function drawStill(painter, camera, stage, p) {
@@ -162,7 +208,7 @@ function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
   const places = stage.places(t, y, p);
   if (!places.flat().every(Number.isFinite)) return places;
   const ink = painter.colour(colour === 'mass' ? 'ink' : colour);
-  const { bodies, links, wheels } = stage.stage;
+  const { bodies, links, outlines, wheels } = stage.stage;
   const parts = links.map(({ kind, ends }, k) => ({
     depth: (camera.depth(places[ends[0]]) + camera.depth(places[ends[1]])) / 2,
     draw: () => {
@@ -178,6 +224,19 @@ function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
     parts.push({
       depth: camera.depth(places[wheel.body]),
       draw: () => lines.forEach((line) => painter.line(line.map((q) => camera.pixel(q)), ink, WIDTHS.wheel)),
+    });
+  }
+  for (const outline of outlines) {
+    const lines = stage.outline(outline, places, t, y, p, camera);
+    const width = WIDTHS[outline.shape === 'rod' ? 'rod' : 'body'];
+    parts.push({
+      depth: camera.depth(places[outline.body]),
+      draw: () => {
+        lines.forEach((line) => painter.line(line.map((q) => camera.pixel(q)), ink, width));
+        if (outline.shape !== 'sphere') return;
+        const radius = camera.scale * Math.hypot(...stage.spans(outline, t, y, p)[0]);
+        painter.circle(camera.pixel(places[outline.body]), radius, ink, width);
+      },
     });
   }
   bodies.forEach(({ kind, name }, k) => parts.push({

@@ -82,7 +82,7 @@ function fitCamera() {
   const sampled = simulatedTimes.filter((_, k) => k % Math.ceil(simulatedTimes.length / 60) === 0);
   const seen = sampled.flatMap((t, k) => {
     const number = simulatedTimes.indexOf(sampled[k]);
-    return stage.places(t, simulatedColumns.map((column) => column[number]), usual.p);
+    return stage.reach(t, simulatedColumns.map((column) => column[number]), usual.p);
   });
   const round = stage.stage.wheels.flatMap((wheel) => {
     const places = stage.places(span[0], usual.y, usual.p);

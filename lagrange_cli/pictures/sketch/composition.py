@@ -14,6 +14,7 @@ from lagrange_cli.pictures.sketch.findings import Angle, Findings, Link
 from lagrange_cli.pictures.sketch.guides import Frame, Guide, frame_of
 from lagrange_cli.pictures.sketch.labels import Placer, half_size
 from lagrange_cli.pictures.sketch.links import parts_of
+from lagrange_cli.pictures.sketch.outlines import DrawnOutline
 from lagrange_cli.pictures.sketch.sketch import (
     Caption,
     Dot,
@@ -61,7 +62,11 @@ def sketch_of(equations: Equations) -> Sketch:
     known = parts.known
     known.links[:] = [_demoted(link, on_curves) for link in known.links]
     frame = frame_of(known)
-    return _Drawing(known, parts.view, frame, parts.curves, parts.down, parts.wheels).sketch()
+    rolling = {wheel.particle for wheel in parts.wheels}
+    start = parts.outlines.at(known.configurations.q[0], float(known.configurations.times[0]))
+    outlines = [outline for outline in start if outline.particle not in rolling]
+    drawing = _Drawing(known, parts.view, frame, parts.curves, parts.down, parts.wheels, outlines)
+    return drawing.sketch()
 
 
 def _demoted(link: Link, on_curves: set[int]) -> Link:
@@ -77,7 +82,7 @@ class _Drawing:
 
     Attributes
     ----------
-    known, view, frame, curves, down, wheels
+    known, view, frame, curves, down, wheels, outlines
         What is drawn, and how it is seen; the direction of gravity, None without it.
     strokes, dots, labels
         What has been drawn.
@@ -91,6 +96,7 @@ class _Drawing:
     curves: list[Guide]
     down: Array | None
     wheels: list[Wheel]
+    outlines: list[DrawnOutline]
     strokes: list[Stroke] = field(default_factory=list)
     dots: list[Dot] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
@@ -102,6 +108,7 @@ class _Drawing:
         for wheel in self.wheels:
             shown.append(wheel.rim(self.known.places[0, wheel.particle], _ROUND))
             shown += [] if wheel.ground is None else [wheel.ground]
+        shown += [line for _, _, line in self._outlines()]
         if not np.ptp(self.known.places[0], axis=0).max() > 0:
             shown.append(np.stack([self.frame.low, self.frame.high]))
         flat = self.view.project(np.concatenate(shown))
@@ -113,6 +120,8 @@ class _Drawing:
         """Draw everything, labels last."""
         self._draw_curves()
         self._draw_wheels()
+        for kind, name, line in self._outlines():
+            self.stroke(kind, _thinned(self.at(line)), name)
         self._draw_links()
         self._draw_angles()
         self._draw_bodies()
@@ -133,6 +142,13 @@ class _Drawing:
             _place(low - 0.15),
             _place(high + 0.15),
         )
+
+    def _outlines(self) -> Iterator[tuple[StrokeKind, str, Array]]:
+        """Yield the lines of rigid bodies in space, with the name of the body."""
+        for outline in self.outlines:
+            centre = self.known.places[0, outline.particle]
+            for kind, line in outline.lines(centre, self.view.matrix):
+                yield kind, self.known.names[outline.particle], line
 
     # -- parts --------------------------------------------------------------------
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.depiction import MOST_BODIES
+from lagrange_cli.mechanics.depiction import MOST_BODIES, PlacedPoint
 from lagrange_cli.mechanics.free_symbols import require_given, unknown_names
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, TapeRun
 from lagrange_cli.mechanics.symbols.quoting import quoted
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from sympy import Expr, Symbol
 
-    from lagrange_cli.mechanics.depiction import Depiction, PlacedPoint
+    from lagrange_cli.mechanics.depiction import Depiction
     from lagrange_cli.mechanics.elements.motion import ElementMotion
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import BodyForce, Closure
@@ -284,7 +284,23 @@ def _depiction(equations: Equations) -> Depiction:
         why = "this scene has no particles and no points: nothing says where anything is"
         raise _refusal(why, hint)
     known = tuple(p for p in depiction.potentials if not unknown_names(p[1]))
-    return replace(depiction, potentials=known)
+    points = (*depiction.points, *_joints(equations, depiction))
+    return replace(depiction, potentials=known, points=points)
+
+
+def _joints(equations: Equations, depiction: Depiction) -> Iterator[PlacedPoint]:
+    """Yield points without a name at the origins of bodies, where nothing else is."""
+    taken = {particle.position for particle in equations.system.particles}
+    taken |= {point.position for point in depiction.points}
+    for body in depiction.bodies:
+        if body.origin not in taken:
+            taken.add(body.origin)
+            yield PlacedPoint("", joint_components(body.name), body.origin)
+
+
+def joint_components(body: str) -> tuple[str, str, str]:
+    """Return names of the place of a body's origin, which no scene can have."""
+    return f"x of {body}", f"y of {body}", f"z of {body}"
 
 
 def _placing(equations: Equations, depiction: Depiction) -> Iterator[Expr]:

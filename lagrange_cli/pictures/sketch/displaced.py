@@ -6,7 +6,7 @@ that hold particles stay where they are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -17,6 +17,7 @@ from lagrange_cli.pictures.sketch.configurations import configurations, feasible
 from lagrange_cli.pictures.sketch.findings import Findings, Link
 from lagrange_cli.pictures.sketch.guides import Guide, frame_of, guides
 from lagrange_cli.pictures.sketch.links import findings
+from lagrange_cli.pictures.sketch.outlines import Outlines
 from lagrange_cli.pictures.sketch.sketch import StrokeKind
 from lagrange_cli.pictures.sketch.view import View, gravity, view_of
 from lagrange_cli.pictures.sketch.wheels import Wheel, find_wheels
@@ -99,7 +100,8 @@ class RestingSketch:
         self._known = known = findings(self._with([rest_place], [self._time]))
         down = gravity(known.configurations)
         self._wheels = find_wheels(known.configurations, down)
-        self._view = view_of(known.configurations, down)
+        self._outlines = Outlines(known.configurations)
+        self._view = view_of(known.configurations, down, *self._outlines.shown())
         self._guides = guides(known, self._view, frame_of(known))
 
     def _with(self, shown: Sequence[Array], times: Sequence[float]) -> Configurations:
@@ -143,7 +145,7 @@ class RestingSketch:
         self, known: Findings, curves: Sequence[Guide], count: int, fitted: int
     ) -> DisplacedSketch:
         """Draw the first configurations, the first ``fitted`` of them as large as a picture is."""
-        drawing = _Drawing(known, self._view, self._wheels, count, fitted)
+        drawing = _Drawing(known, self._view, self._wheels, self._outlines, count, fitted)
         states = [drawing.at_configuration(k) for k in range(count)]
         still = drawing.still(curves)
         return DisplacedSketch(states[0], still, tuple(states[1:]), drawing.is_line)
@@ -172,16 +174,25 @@ class _Drawing:
     """Draws the configurations in one view and one scale."""
 
     def __init__(
-        self, known: Findings, view: View, wheels: list[Wheel], count: int, fitted: int
+        self,
+        known: Findings,
+        view: View,
+        wheels: list[Wheel],
+        outlines: Outlines,
+        count: int,
+        fitted: int,
     ) -> None:
         self.known, self.view, self.wheels, self.count = known, view, wheels, count
+        self._rolling = {wheel.particle for wheel in wheels}
+        self._outlines = outlines
         flat = view.project(known.places[:count])
-        place = flat[:fitted].reshape(-1, 2)
+        drawn = [view.project(line) for k in range(fitted) for _, line in self._shapes(k)]
+        place = np.concatenate([flat[:fitted].reshape(-1, 2), *drawn])
         extent = float(np.ptp(place, axis=0).max())
         self.middle = (place.min(axis=0) + place.max(axis=0)) / 2
         self.scale = _EXTENT / (extent or frame_of(known).size)
         spread = np.ptp(flat.reshape(-1, 2), axis=0) * self.scale
-        self.is_line = bool(spread.min() < 1e-6) and not wheels
+        self.is_line = bool(spread.min() < 1e-6) and not wheels and not outlines.bodies
         self.turns = [self._turns(link) for link in known.links]
 
     def at(self, places: Array) -> Array:
@@ -203,9 +214,18 @@ class _Drawing:
         for link, turns in zip(self.known.links, self.turns, strict=True):
             start, end = places[link.ends[0]], places[link.ends[1]]
             strokes += [(link.kind, line) for line in self._lines(link, turns, start, end)]
+        strokes += [(kind, self.at(line)) for kind, line in self._shapes(number)]
         for wheel in self.wheels:
             strokes += self._rim(wheel, number)
         return DrawnConfiguration(tuple(strokes), places[: self.known.configurations.particles])
+
+    def _shapes(self, number: int) -> Iterator[tuple[StrokeKind, Array]]:
+        """Yield the lines of rigid bodies in space at a configuration."""
+        known = self.known.configurations
+        for outline in self._outlines.at(known.q[number], float(known.times[number])):
+            if outline.particle not in self._rolling:
+                centre = self.known.places[number, outline.particle]
+                yield from outline.lines(centre, self.view.matrix)
 
     def _lines(self, link: Link, turns: int | None, start: Array, end: Array) -> list[Array]:
         if turns is not None:

@@ -87,6 +87,8 @@ class Findings:
         Lines between them.
     barred
         Bodies at the end of a bar that turns about a fixed place.
+    on_bodies
+        Origins of rigid bodies on other ones.
     """
 
     configurations: Configurations
@@ -96,6 +98,7 @@ class Findings:
     links: list[Link] = field(default_factory=list)
     angles: list[Angle] = field(default_factory=list)
     barred: set[int] = field(default_factory=set)
+    on_bodies: set[int] = field(default_factory=set)
 
     @property
     def declared(self) -> int:
@@ -104,7 +107,9 @@ class Findings:
 
     def is_fixed(self, body: int) -> bool:
         """Tell whether a body is at the same place in all configurations."""
-        return self.is_particle(body) is False and self._still(self.places[:, body])
+        if self.is_particle(body) or body in self.on_bodies:
+            return False
+        return self._still(self.places[:, body])
 
     def is_particle(self, body: int) -> bool:
         return body < self.configurations.particles

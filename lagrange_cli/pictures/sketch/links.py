@@ -18,6 +18,7 @@ from lagrange_cli.pictures.sketch.angles import find_angles
 from lagrange_cli.pictures.sketch.configurations import Configurations, Function, configurations
 from lagrange_cli.pictures.sketch.findings import MOST_SOUGHT, MOVES, SAME, Findings, Link
 from lagrange_cli.pictures.sketch.guides import Guide, frame_of, guides
+from lagrange_cli.pictures.sketch.outlines import Outlines, body_links
 from lagrange_cli.pictures.sketch.view import View, gravity, view_of
 from lagrange_cli.pictures.sketch.wheels import Wheel, find_wheels
 
@@ -123,12 +124,25 @@ def findings(configurations: Configurations) -> Findings:
     depends = configurations.depends
     known = Findings(configurations, list(configurations.names), configurations.places, depends)
     known.links += _stated(known)
+    known.links += body_links(known)
     find_angles(known)
+    known.links[:] = [link for link in known.links if link.stated or not _is_in_a_body(known, link)]
     _add_bars(known)
     known.links += _distances(known)
     known.links += _springs(known)
     add_ropes(known)
     return known
+
+
+def _is_in_a_body(known: Findings, link: Link) -> bool:
+    """Tell whether a line that was found ends within a rigid body, whose own lines are drawn."""
+    return not _bodies(known).isdisjoint(link.ends)
+
+
+def _bodies(known: Findings) -> set[int]:
+    """Return the numbers of rigid bodies."""
+    names = {body.name for body in known.configurations.depiction.bodies}
+    return {number for number, name in enumerate(known.names) if name in names}
 
 
 def _stated(known: Findings) -> Iterator[Link]:
@@ -155,7 +169,9 @@ def _add_bars(known: Findings) -> None:
     if len(known.names) > MOST_SOUGHT or len(known.places) < 4:
         return
     sliding = set[int]()
-    for triple in combinations(range(len(known.names)), 3):
+    in_bodies = _bodies(known) | known.on_bodies
+    others = [number for number in range(len(known.names)) if number not in in_bodies]
+    for triple in combinations(others, 3):
         if _is_rigid_line(known, triple):
             middle = min(triple, key=lambda k: max(known.distances(k, j)[0] for j in triple))
             for end in set(triple) - {middle}:
@@ -273,6 +289,8 @@ class Parts:
         How it is seen.
     curves, wheels
         Curves that hold particles, and bodies that roll.
+    outlines
+        Shapes of rigid bodies.
     down
         The acceleration of gravity, None without it.
     """
@@ -281,6 +299,7 @@ class Parts:
     view: View
     curves: list[Guide]
     wheels: list[Wheel]
+    outlines: Outlines
     down: Array | None
 
 
@@ -299,5 +318,6 @@ def parts_of(equations: Equations) -> Parts:
         wheel.rim(known.places[0, wheel.particle], np.linspace(0, 2 * np.pi, 73))
         for wheel in wheels
     ]
-    view = view_of(known.configurations, down, *rims)
-    return Parts(known, view, guides(known, view, frame_of(known)), wheels, down)
+    outlines = Outlines(known.configurations)
+    view = view_of(known.configurations, down, *rims, *outlines.shown())
+    return Parts(known, view, guides(known, view, frame_of(known)), wheels, outlines, down)

@@ -18,6 +18,7 @@ StrokeKind: TypeAlias = Literal[
     "hatch",
     "ground",
     "wheel",
+    "body",
     "angle",
     "reference",
     "axis",

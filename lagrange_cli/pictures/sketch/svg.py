@@ -27,6 +27,7 @@ _STYLES: dict[StrokeKind, str] = {
     "hatch": 'stroke-width="0.5"',
     "ground": 'stroke-width="0.9"',
     "wheel": 'stroke-width="1.2"',
+    "body": 'stroke-width="1.0" stroke-linejoin="round"',
     "angle": 'stroke-width="0.7" marker-end="url(#arrow)"',
     "reference": 'stroke-width="0.7" stroke-dasharray="1.5 2.5"',
     "axis": 'stroke-width="0.7" marker-end="url(#arrow)"',

@@ -23,6 +23,7 @@ _STYLES: dict[StrokeKind, str] = {
     "hatch": "very thin",
     "ground": "line width=0.5pt",
     "wheel": "line width=0.7pt",
+    "body": "line width=0.55pt, line join=round",
     "angle": "thin, ->",
     "reference": "thin, densely dotted",
     "axis": "thin, ->",

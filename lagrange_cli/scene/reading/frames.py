@@ -11,7 +11,14 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.bodies import Body, ComposedExpression, Turn, Vector, rotation_term
+from lagrange_cli.scene.bodies import (
+    Body,
+    ComposedExpression,
+    Shape,
+    Turn,
+    Vector,
+    rotation_term,
+)
 from lagrange_cli.scene.language.expression import Expression, Node
 from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.rotations import Nodes, is_zero, times
@@ -27,7 +34,7 @@ from lagrange_cli.scene.reading.chains import (
 )
 from lagrange_cli.scene.reading.declarations import read_latex, read_point, with_indices
 from lagrange_cli.scene.reading.entries import Reading
-from lagrange_cli.scene.reading.inertia import number_of, read_inertia
+from lagrange_cli.scene.reading.inertia import number_of, read_inertia, shape_of
 from lagrange_cli.scene.reading.source import Mapping as Entries
 from lagrange_cli.scene.reading.source import Scalar, SourceNode
 from lagrange_cli.scene.reading.turns import across_plane, read_turns, vector_in_plane, vector_of
@@ -44,6 +51,7 @@ class _Mass:
     mass: Expression
     centre: Vector | None
     tensor: Nodes
+    shape: Shape | None
     mark: Mark
     latex: str | None
     planar: bool
@@ -145,7 +153,17 @@ def _point_on(key: Scalar, node: Entries, reading: Reading) -> Point | None:
     if on is None or ("at" in fields and at is None):
         return None
     place = on[1].place(NO_VECTOR if at is None else [part.node for part in at])
-    return Point(key.text, key.mark, position_of(place, key.text, key.mark), latex)
+    position = position_of(place, key.text, key.mark)
+    frames: Frames = reading.values["frames"]
+    return Point(key.text, key.mark, position, latex, _body_below(on[0], frames))
+
+
+def _body_below(name: str | None, frames: Frames) -> str | None:
+    """Return the frame if it is a body, or the body that it stands on, None in space."""
+    while name is not None and frames.declared[name].mass is None:
+        on = frames.declared[name].on
+        name = None if on is None else on[0]
+    return name
 
 
 def in_axes_of(on: SourceNode, components: Vector, what: str, reading: Reading) -> Vector | None:
@@ -243,7 +261,8 @@ def _mass(
     tensor = read_inertia(fields["inertia"], what, reading, mass.node, place, across)
     if tensor is None:
         return None
-    return _Mass(mass, centre, tensor, fields["inertia"].mark, latex, across is not None)
+    shape = shape_of(fields["inertia"], what, reading, across)
+    return _Mass(mass, centre, tensor, shape, fields["inertia"].mark, latex, across is not None)
 
 
 def _frame_named(node: SourceNode, what: str, frames: Frames, reading: Reading) -> str | None:
@@ -355,6 +374,9 @@ def _add_body(entry: _Declared, mass: _Mass, placed: Placed, frames: Frames) -> 
         position_of(placed.place(at), name, mark),
         mass.latex,
         on=None if entry.on is None else entry.on[0],
+        base=None if entry.on is None else _body_below(entry.on[0], frames),
+        centre=mass.centre,
+        shape=mass.shape,
         turns=entry.turns,
         rotation=tuple(implied(e, f"R({name})") for e in placed.last.rotation),
         spin=(x, y, z),

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 
+from lagrange_cli.scene.bodies import Shape, ShapeKind
 from lagrange_cli.scene.language.bounds import extent_of
-from lagrange_cli.scene.language.expression import Node, Number
+from lagrange_cli.scene.language.expression import Expression, Node, Number
 from lagrange_cli.scene.language.rotations import (
     ZERO,
     is_zero,
@@ -174,13 +175,15 @@ def _part(mass: Node, divisor: int, length_squared: Node) -> Node:
 
 
 #: Shapes of uniform density: the number of their sizes, and their moments.
-_SHAPES: dict[str, tuple[int, Callable[[Node, tuple[Node, ...]], _Moments]]] = {
+_SHAPES: dict[ShapeKind, tuple[int, Callable[[Node, tuple[Node, ...]], _Moments]]] = {
     "rod": (1, _rod),
     "disk": (1, _disk),
     "sphere": (1, _sphere),
     "cylinder": (2, _cylinder),
     "box": (3, _box),
 }
+
+_BY_NAME = {str(kind): law for kind, law in _SHAPES.items()}
 
 #: Shapes whose axis in a plane is the one across it: they roll in it.
 _ROUND = ("disk", "cylinder")
@@ -190,7 +193,7 @@ def _shape(
     node: Entries, what: str, reading: Reading, mass: Node, across: int | None
 ) -> tuple[Node, ...] | None:
     label = f"'inertia' of {what}"
-    shape = next((key for key, _ in node.entries if key.text in _SHAPES), None)
+    shape = next((key for key, _ in node.entries if key.text in _BY_NAME), None)
     if shape is None:
         first = node.entries[0][0] if node.entries else None
         if first is None:
@@ -199,9 +202,10 @@ def _shape(
             reading.unknown_key(first, label, (*_SHAPES, "about"))
         return None
     fields = reading.fields(node, label, (shape.text, "axis"))
-    number, moments_of = _SHAPES[shape.text]
-    sizes = _sizes(fields[shape.text], number, f"'{shape.text}' of {what}", reading)
-    along = 2 if across is None or shape.text not in _ROUND else across
+    number, moments_of = _BY_NAME[shape.text]
+    parts = _sizes(fields[shape.text], number, f"'{shape.text}' of {what}", reading)
+    sizes = None if parts is None else tuple(part.node for part in parts)
+    along = _usual_axis(shape.text, across)
     if "axis" in fields:
         axis = fields["axis"]
         if shape.text in ("box", "sphere") or not (isinstance(axis, Scalar) and axis.text in AXES):
@@ -217,7 +221,28 @@ def _shape(
     return _diagonal({k: moments[k] for k in range(3) if across is None or k == across})
 
 
-def _sizes(node: SourceNode, number: int, what: str, reading: Reading) -> tuple[Node, ...] | None:
+def _usual_axis(shape: str, across: int | None) -> int:
+    return 2 if across is None or shape not in _ROUND else across
+
+
+def shape_of(node: SourceNode, what: str, reading: Reading, across: int | None) -> Shape | None:
+    """Return the shape that an inertia is written by, which has been read; None of moments."""
+    if not isinstance(node, Entries):
+        return None
+    fields = {key.text: value for key, value in node.entries}
+    for kind, (number, _) in _SHAPES.items():
+        if kind in fields:
+            sizes = _sizes(fields[kind], number, f"'{kind}' of {what}", reading)
+            written = fields.get("axis")
+            axis = AXES.index(written.text) if isinstance(written, Scalar) else None
+            along = _usual_axis(kind, across) if axis is None else axis
+            return None if sizes is None else Shape(kind, along, sizes)
+    return None
+
+
+def _sizes(
+    node: SourceNode, number: int, what: str, reading: Reading
+) -> tuple[Expression, ...] | None:
     """Read the lengths of a shape, which are not negative."""
     items = node.items if isinstance(node, Sequence) else (node,)
     if len(items) != number:
@@ -233,7 +258,7 @@ def _sizes(node: SourceNode, number: int, what: str, reading: Reading) -> tuple[
                 f"a length cannot be negative, found {flat(part)}", part.mark(), rule="inertia"
             )
             return None
-    return tuple(part.node for part in sizes) if len(sizes) == number else None
+    return tuple(sizes) if len(sizes) == number else None
 
 
 def number_of(node: Node) -> Fraction | float | None:
