@@ -90,6 +90,7 @@ _OFFERED = {
     "api.scenes": ("LoadedScene", "load", "loads"),
     "api.starter": ("imported_scene", "starter_scene"),
     "cache": ("Cache", "Removed", "open_cache"),
+    "check.answers": ("judged_answers",),
     "check": (
         *("CheckedMotions", "CheckOptions", "Limits", "Report", "SceneReport", "Selection"),
         *("check_paths", "files_of", "note_outcomes", "scenes_in"),

@@ -12,9 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from random import Random
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import sympy
 from mpmath import mpf
@@ -46,6 +47,10 @@ _EXTREME = 10**12
 #: Exponents beyond which it may be, likewise.
 _STEEP = 12
 
+#: Size of an entry below which it is rounding, in tables whose rows are of size 1.
+_SINGULAR = mpf(10) ** -80
+
+_Number = TypeVar("_Number", int, mpf)
 _State: TypeAlias = dict[Symbol, mpf]
 _Row: TypeAlias = list[Expr]
 
@@ -58,13 +63,12 @@ class Agreement(Enum):
     UNDECIDED = "undecided"
 
 
-def _row(residual: Expr, equations: Equations) -> _Row | None:
-    """Return the coefficients of the accelerations, then the remainder; None if not linear."""
-    accelerations = [c.a for c in equations.system.coordinates]
-    row = [derivative(residual, a) for a in accelerations]
-    if any(entry.has(a) for entry in row for a in accelerations):
+def linear_row(residual: Expr, unknown: Sequence[Symbol]) -> _Row | None:
+    """Return the coefficients of some symbols, then the remainder; None if not linear in them."""
+    row = [derivative(residual, symbol) for symbol in unknown]
+    if any(entry.has(symbol) for entry in row for symbol in unknown):
         return None
-    return [*row, residual.xreplace(dict.fromkeys(accelerations, sympy.S.Zero))]
+    return [*row, residual.xreplace(dict.fromkeys(unknown, sympy.S.Zero))]
 
 
 def proportional(expected: Expr, derived: Expr, equations: Equations) -> Agreement:
@@ -75,7 +79,8 @@ def proportional(expected: Expr, derived: Expr, equations: Equations) -> Agreeme
     coefficients, which must be parallel. It may vanish at single places, and nowhere else: not
     on a side of a switching function.
     """
-    first, second = _row(expected, equations), _row(derived, equations)
+    accelerations = [c.a for c in equations.system.coordinates]
+    first, second = linear_row(expected, accelerations), linear_row(derived, accelerations)
     if first is None or second is None:
         return Agreement.DIFFERENT
     places = [k for k, pair in enumerate(zip(first, second, strict=True)) if any(pair)]
@@ -129,6 +134,62 @@ def _has_opaque(pair: Sequence[Expr]) -> bool:
     """Say whether functions occur whose zeros arithmetic in finite fields does not show."""
     inverse = (sympy.asin, sympy.acos, sympy.atan, sympy.atan2, sympy.asinh, sympy.acosh)
     return any(e.has(sympy.log, sympy.atanh, *inverse) for e in pair)
+
+
+def within_span(row: _Row, rows: Sequence[_Row], equations: Equations) -> Agreement:
+    """Decide if a row of functions is a sum of others, each times a function.
+
+    Rows of equations that hold together follow from each other so, and gradients of functions of
+    each other.
+    """
+    width = len(row)
+    if any(
+        entry != 0 and all(other[k] == 0 for other in rows) and is_nonzero(entry)
+        for k, entry in enumerate(row)
+    ):
+        return Agreement.DIFFERENT
+
+    def joins(
+        values: Sequence[_Number], rank: Callable[[Sequence[Sequence[_Number]]], int]
+    ) -> bool:
+        table = [values[k : k + width] for k in range(0, len(values), width)]
+        return rank(table) == rank(table[1:])
+
+    flat = [entry for line in (row, *rows) for entry in line]
+    if relation_holds(flat, lambda values, p: joins(values, partial(_rank_modulo, p))):
+        return Agreement.SAME
+    return _by_states(flat, lambda values: joins(values, _real_rank), equations)
+
+
+def _rank_modulo(p: int, table: Sequence[Sequence[int]]) -> int:
+    residues = [[value % p for value in line] for line in table]
+    return _rank(residues, lambda a, b: a * pow(b, -1, p) % p, lambda a: a % p)
+
+
+def _real_rank(table: Sequence[Sequence[mpf]]) -> int:
+    sizes = [max(map(abs, line)) or 1 for line in table]
+    scaled = [[value / size for value in line] for line, size in zip(table, sizes, strict=True)]
+    return _rank(scaled, lambda a, b: a / b, lambda a: a if abs(a) > _SINGULAR else mpf(0))
+
+
+def _rank(
+    table: Sequence[Sequence[_Number]],
+    divide: Callable[[_Number, _Number], _Number],
+    rounded: Callable[[_Number], _Number],
+) -> int:
+    """Return the rank of a table of numbers by Gauss's algorithm with pivots of largest size."""
+    rows, rank = [list(line) for line in table], 0
+    while True:
+        places = ((abs(v), i, j) for i, line in enumerate(rows) for j, v in enumerate(line))
+        size, i, j = max(places, default=(0, 0, 0))
+        if not size:
+            return rank
+        pivot = rows.pop(i)
+        for line in rows:
+            factor = divide(line[j], pivot[j])
+            line[:] = [rounded(a - factor * b) for a, b in zip(line, pivot, strict=True)]
+            line[j] -= line[j]
+        rank += 1
 
 
 def lagrangians_agree(expected: Expr, derived: Expr, equations: Equations) -> Agreement:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NoReturn
 
 import click
+from click.core import ParameterSource
 
 from lagrange_cli.cli import engines, options
 from lagrange_cli.cli.guard import guard_scenes
@@ -145,6 +147,15 @@ class _Reporting:
     help="Those that differ from a revision of git, or read files that do.",
 )
 @click.option("--only-failed", is_flag=True, help="Those that did not pass in the last run.")
+@heading("Exercises")
+@click.option(
+    "--answers",
+    multiple=True,
+    type=click.Path(allow_dash=True),
+    metavar="FILE",
+    help="Judge answers to the exercise that the scene is, of dof, cyclic, lagrangian, equations"
+    " and conserved; repeatable.",
+)
 @heading("Run")
 @click.option(
     "--simulate", is_flag=True, help="Integrate the first tenth of each scene with until, too."
@@ -195,6 +206,7 @@ def check(
     exclude: tuple[str, ...],
     changed_since: str | None,
     only_failed: bool,
+    answers: tuple[str, ...],
     simulate: bool,
     full: bool,
     parameters: dict[str, str],
@@ -218,6 +230,9 @@ def check(
     if watch and "-" in paths:
         raise click.UsageError("--watch: standard input is read once")
     session = ctx.ensure_object(Session)
+    reporting = _Reporting(form, output, junit, durations)
+    if answers:
+        _judge(ctx, paths, answers, parameters, reporting)
     selection = Selection(keyword, exclude, changed_since, only_failed)
     scenes = selection.selected(scenes_in(paths), session.cache)
     guard_scenes(scenes, parameters, {"-o": output, "--junit": junit})
@@ -230,12 +245,43 @@ def check(
         scheduler,
         exitfirst,
     )
-    reporting = _Reporting(form, output, junit, durations)
     report = run(scenes)
     reporting(session, report)
     if watch:
         _watch(report, paths, Selection(keyword, exclude), run, reporting)
     ctx.exit(report.exit_code)
+
+
+#: Options that are not for answers.
+_OF_SCENES = (
+    *("keyword", "exclude", "changed_since", "only_failed", "simulate", "full", "jobs"),
+    *("scheduler", "exitfirst", "timeout", "memory", "watch"),
+)
+
+
+def _judge(
+    ctx: click.Context,
+    paths: tuple[str, ...],
+    answers: tuple[str, ...],
+    parameters: dict[str, str],
+    reporting: _Reporting,
+) -> NoReturn:
+    """Judge answers to an exercise; the exit code is 2 where a file holds none."""
+    from lagrange_cli.api import judged_answers
+
+    session = ctx.ensure_object(Session)
+    for option in ctx.command.params:
+        given = ctx.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
+        if option.name in _OF_SCENES and given:
+            raise click.UsageError(f"{option.opts[-1]} is for checks of scenes, not for --answers")
+    if len(paths) > 1 or os.path.isdir(paths[0]):
+        raise click.UsageError("--answers judges answers to one scene")
+    outputs = {"-o": reporting.output, "--junit": reporting.junit}
+    guard_scenes([*paths, *answers], parameters, outputs)
+    report = judged_answers(paths[0], answers, parameters, session.cache)
+    reporting(session, report)
+    is_invalid = any(one.outcome == "invalid" for one in report.scenes)
+    ctx.exit(2 if is_invalid else report.exit_code)
 
 
 def _watch(
