@@ -62,7 +62,7 @@ def _judged(path: str, equations: Equations) -> SceneReport:
 
 
 class _Derived:
-    """What answers are compared with.
+    """The derivation that answers are compared with.
 
     Attributes
     ----------
@@ -103,11 +103,11 @@ class _Derived:
     def closest(self, written: Expr, others: Sequence[Expr]) -> Closest | None:
         return closest(written, others, self.unknown)
 
-    def told(self, differences: Sequence[Difference], where: str) -> str:
+    def clauses(self, differences: Sequence[Difference], where: str) -> str:
         """Describe terms that are off, a clause each; ``where``: the side of those missing."""
-        return "; ".join(self._told(difference, where) for difference in differences)
+        return "; ".join(self._clause(difference, where) for difference in differences)
 
-    def _told(self, difference: Difference, where: str) -> str:
+    def _clause(self, difference: Difference, where: str) -> str:
         def text(term: Expr) -> str:
             return to_scene_language(term, self.equations)
 
@@ -184,7 +184,7 @@ def _lagrangian(answers: Answers, derived: _Derived) -> Iterator[Problem]:
 def _colon(derived: _Derived, near: Closest | None, where: str = "") -> str:
     """Return what is off behind a colon, if the closest one is close."""
     is_close = near is not None and len(near.differences) <= 2 * near.agreeing
-    return f": {derived.told(near.differences, where)}" if near is not None and is_close else ""
+    return f": {derived.clauses(near.differences, where)}" if near is not None and is_close else ""
 
 
 # Equations of motion.
@@ -250,13 +250,13 @@ def _off(
         return Problem(message, written.mark(), rule="equations"), None
     known = [*derived.residuals.items(), *_solved(residual, derived)]
     near = derived.closest(residual, [expression for _, expression in known])
-    told = _colon(derived, near, " on the left")
-    if near is None or not told:
+    clauses = _colon(derived, near, " on the left")
+    if near is None or not clauses:
         message = "this does not hold along the motion"
         return Problem(message, written.mark(), rule="equations"), None
     name = known[near.index][0]
     place = _place(written, near.differences[0], derived.equations)
-    return Problem(f"in the equation of '{name}' {told[2:]}", place, rule="equations"), name
+    return Problem(f"in the equation of '{name}' {clauses[2:]}", place, rule="equations"), name
 
 
 def _solved(residual: Expr, derived: _Derived) -> Iterator[tuple[str, Expr]]:
@@ -371,8 +371,8 @@ def _not_conserved(
             _without_constants(written, derived.equations),
             [_without_constants(expression, derived.equations) for expression in known.values()],
         )
-        told = _colon(derived, near)
+        clauses = _colon(derived, near)
         message = "this is not conserved"
-        if near is not None and told:
-            message += f"; of '{[*known][near.index]}' {told[2:]}"
+        if near is not None and clauses:
+            message += f"; of '{[*known][near.index]}' {clauses[2:]}"
     return Problem(message, quantity.mark(), rule="conserved")

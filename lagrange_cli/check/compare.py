@@ -144,7 +144,7 @@ def within_span(row: _Row, rows: Sequence[_Row], equations: Equations) -> Agreem
     """
     width = len(row)
     if any(
-        entry != 0 and all(other[k] == 0 for other in rows) and is_nonzero(entry)
+        entry != 0 and all(line[k] == 0 for line in rows) and is_nonzero(entry)
         for k, entry in enumerate(row)
     ):
         return Agreement.DIFFERENT

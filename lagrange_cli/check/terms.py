@@ -81,8 +81,8 @@ def closest(written: Expr, others: Sequence[Expr], leading: Sequence[Symbol]) ->
     best: Closest | None = None
     for by_angles in (False, True):
         terms = _terms(written, by_angles)
-        for index, other in enumerate(others if terms else ()):
-            known = _terms(other, by_angles)
+        for index, expression in enumerate(others if terms else ()):
+            known = _terms(expression, by_angles)
             for multiple in _multiples(terms, known, leading):
                 scaled = _collected(multiple * number * key for key, number in known.items())
                 agreeing = sum(terms.get(key) == number for key, number in scaled.items())
@@ -124,13 +124,16 @@ def _collected(terms: Iterable[Expr]) -> _Terms:
 def _multiples(terms: _Terms, known: _Terms, leading: Sequence[Symbol]) -> list[Expr]:
     """Return ratios of terms that may be the factor between two expressions."""
     pairs = [
-        (key, other)
+        (key, candidate)
         for key in terms
-        for other in known
-        if key.free_symbols & {*leading} == other.free_symbols & {*leading}
+        for candidate in known
+        if key.free_symbols & {*leading} == candidate.free_symbols & {*leading}
     ]
     pairs.sort(key=lambda pair: pair[0].free_symbols.isdisjoint(leading))
-    ratios = (terms[key] * key / (known[other] * other) for key, other in pairs[:_MOST_MULTIPLES])
+    ratios = (
+        terms[key] * key / (known[candidate] * candidate)
+        for key, candidate in pairs[:_MOST_MULTIPLES]
+    )
     return list(dict.fromkeys(ratios))
 
 
@@ -143,8 +146,8 @@ def _differences(terms: _Terms, right: _Terms) -> Iterator[Difference]:
             if right[key] != number:
                 yield Difference(number * key, right[key] * key)
             continue
-        degrees = {other: _degree(other / key) for other in missing}
-        partner = min(missing, key=lambda other: degrees[other], default=None)
+        degrees = {candidate: _degree(candidate / key) for candidate in missing}
+        partner = min(missing, key=lambda candidate: degrees[candidate], default=None)
         wanted = sympy.S.Zero
         if partner is not None and degrees[partner] <= _MOST_DEGREE:
             wanted = missing.pop(partner) * partner

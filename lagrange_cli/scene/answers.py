@@ -17,7 +17,7 @@ _KEYS = ("dof", "cyclic", "lagrangian", "equations", "conserved")
 
 @dataclass(frozen=True)
 class Answers:
-    """What somebody found; keys that are absent are None.
+    """Findings of somebody about a scene; keys that are absent are None.
 
     Attributes
     ----------

@@ -12,6 +12,7 @@ from lagrange_cli.cli.terminal.command import Command, heading
 
 #: Options that take a value, and without which nothing is done or changed: they have no default.
 OFF = {
+    "--answers",
     *("--initial", "--parameter", "--output", "--plot", "--json"),
     *("--with", "--bounds", "--bracket", "--junit", "--animate", "--loci"),
     *("--branches", "--lyapunov", "--along", "--response"),

@@ -271,8 +271,8 @@ def _judge(
 
     session = ctx.ensure_object(Session)
     for option in ctx.command.params:
-        given = ctx.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
-        if option.name in _OF_SCENES and given:
+        source = ctx.get_parameter_source(option.name or "")
+        if option.name in _OF_SCENES and source is ParameterSource.COMMANDLINE:
             raise click.UsageError(f"{option.opts[-1]} is for checks of scenes, not for --answers")
     if len(paths) > 1 or os.path.isdir(paths[0]):
         raise click.UsageError("--answers judges answers to one scene")
