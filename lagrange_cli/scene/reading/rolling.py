@@ -14,7 +14,7 @@ from typing import Literal
 
 from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.joints import Joint
-from lagrange_cli.scene.language.expression import Call, Equation, Expression, Node
+from lagrange_cli.scene.language.expression import Call, Equation, Expression, Neg, Node
 from lagrange_cli.scene.language.rotations import (
     ONE,
     ZERO,
@@ -218,7 +218,10 @@ def _up(body: Placed, axis: Nodes, normal: Nodes) -> tuple[Nodes, Node]:
         first, second = (rotation[k::3] for k in range(3) if k != number)
         for up, across in ((first, second), (second, first)):
             if is_zero(dot(normal, across)):
-                return up, dot(normal, up)
+                height = dot(normal, up)
+                if isinstance(height, Neg):  # an axis that points down
+                    return [minus(part) for part in up], minus(height)
+                return up, height
     tilted = [total([n, minus(product(cosine, a))]) for n, a in zip(normal, along, strict=True)]
     length = called("sqrt", total([ONE, minus(square(cosine))]))
     return tuple(quotient(part, length) for part in tilted), length
@@ -333,7 +336,9 @@ def _tangents(normal: Nodes, across: int | None) -> list[tuple[Node, ...]]:
     """Return unit vectors at right angles to a normal and to each other."""
     units: list[tuple[Node, ...]] = [(ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)]
     if across is not None:
-        return [_crossed(units[across], normal)]
+        tangent = _crossed(units[across], normal)
+        is_backward = all(isinstance(part, Neg) or is_zero(part) for part in tangent)
+        return [tuple(map(minus, tangent)) if is_backward else tangent]
     number = next((k for k in range(3) if number_of(normal[k]) == 1), None)
     if number is not None:
         return [units[k] for k in range(3) if k != number]

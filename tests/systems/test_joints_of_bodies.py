@@ -1,0 +1,148 @@
+"""Shipped scenes whose bodies have joints that close loops, or roll: published and closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath as mp
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from lagrange_cli import Derivation, load
+from lagrange_cli.cache import open_cache
+from tests.systems.shipped import JOINTS
+
+#: Table 2 of Meijaard and others: eigenvalues of the upright bicycle, by its speed in m/s.
+PUBLISHED: dict[int, tuple[complex, ...]] = {
+    0: (-5.53094371765393, -3.13164324790656, 3.13164324790656, 5.53094371765393),
+    5: (
+        -14.07838969279822,
+        -0.77534188219585 - 4.46486771378823j,
+        -0.77534188219585 + 4.46486771378823j,
+        -0.32286642900409,
+    ),
+}
+#: Digits of a difference, and its step: the square of the step is below the published digits.
+DIGITS, STEP = 40, mp.mpf(10) ** -12
+
+
+def derivation(name: str) -> Derivation:
+    return load(JOINTS[name]).derive(cache=open_cache())
+
+
+class UprightBicycle:
+    """Lean and steer of the bicycle near a straight ride, with what follows from them."""
+
+    def __init__(self) -> None:
+        system = derivation("benchmark_bicycle").equations.system
+        self.names = [c.name for c in system.coordinates]
+        self.closures = len(system.closures)
+        values = {p.symbol: p.exact for p in system.parameters}
+        self.numbers = [mp.mpf(sp.N(x, DIGITS)) for x in values.values()]
+        self.radius = next(mp.mpf(sp.N(x, DIGITS)) for p, x in values.items() if p.name == "rR")
+        own = [*(c.q for c in system.coordinates), *(c.v for c in system.coordinates)]
+        parts = [e for row in system.mass_matrix for e in row]
+        parts += [*system.forcing, *(e for c in system.closures for e in c.gradient)]
+        parts += [c.bias for c in system.closures] + [system.closures[0].expression]
+        self.function = sp.lambdify([own, list(values)], parts, "mpmath", cse=True)
+
+    def parts(
+        self, q: list[mp.mpf], v: list[mp.mpf]
+    ) -> tuple[mp.matrix, list[mp.mpf], mp.matrix, list[mp.mpf], mp.mpf]:
+        n, m = len(self.names), self.closures
+        values = self.function([*q, *v], self.numbers)
+        mass = mp.matrix([values[k * n : (k + 1) * n] for k in range(n)])
+        forcing, values = values[n * n : n * n + n], values[n * n + n :]
+        slopes = mp.matrix([values[k * n : (k + 1) * n] for k in range(m)])
+        return mass, forcing, slopes, values[m * n : m * n + m], values[-1]
+
+    def accelerations(self, state: list[mp.mpf], speed: int) -> list[mp.mpf]:
+        """Of lean and steer, from these and their rates."""
+        n, m = len(self.names), self.closures
+        lean, steer, pitch, wheel = map(self.names.index, ("phi", "delta", "theta", "alpha"))
+        q, v = [mp.mpf(0)] * n, [mp.mpf(0)] * n
+        q[lean], q[steer], v[lean], v[steer] = state
+        v[wheel] = -speed / self.radius
+        for _ in range(5):
+            *_, slopes, _, missed = self.parts(q, v)
+            q[pitch] -= missed / slopes[0, pitch]
+        slopes = self.parts(q, v)[2]
+        follow = [j for j in range(n) if j not in (lean, steer, wheel)]
+        matrix = mp.matrix([[slopes[i, j] for j in follow] for i in range(m)])
+        right = [-mp.fsum(slopes[i, j] * v[j] for j in (lean, steer, wheel)) for i in range(m)]
+        for j, rate in zip(follow, mp.lu_solve(matrix, mp.matrix(right)), strict=True):
+            v[j] = rate
+        mass, forcing, slopes, bias, _ = self.parts(q, v)
+        whole = mp.zeros(n + m)
+        for i in range(n):
+            for j in range(n):
+                whole[i, j] = mass[i, j]
+            for k in range(m):
+                whole[i, n + k], whole[n + k, i] = -slopes[k, i], slopes[k, i]
+        solution = mp.lu_solve(whole, mp.matrix([*forcing, *(-b for b in bias)]))
+        return [solution[lean], solution[steer]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", PUBLISHED)
+def test_the_bicycle_has_the_published_eigenvalues_to_all_digits(speed: int) -> None:
+    bicycle = UprightBicycle()
+    with mp.workdps(DIGITS):
+        matrix = mp.zeros(4)
+        matrix[0, 2] = matrix[1, 3] = 1
+        for k in range(4):
+            ahead, behind = (
+                bicycle.accelerations([s * STEP * (j == k) for j in range(4)], speed)
+                for s in (1, -1)
+            )
+            for i in range(2):
+                matrix[2 + i, k] = (ahead[i] - behind[i]) / (2 * STEP)
+        found = [complex(x) for x in mp.eig(matrix)[0]]
+    for exact in PUBLISHED[speed]:
+        assert min(abs(x - exact) for x in found) < 1e-14 * max(1, abs(exact))
+
+
+def test_bricards_linkage_moves_with_six_hinges() -> None:
+    (warning,) = derivation("bricards_linkage").equations.derivation.warnings
+    assert "1 of the 2 equations of constraint 'hinge' is redundant" in warning.message
+    assert derivation("bricards_linkage").equations.derivation.account.dof == 1
+
+
+@pytest.mark.slow
+def test_a_slider_crank_moves_as_its_energy_says() -> None:
+    """T = ½ J(φ) φ̇² of the mechanism by hand: J φ̈ + ½ J′ φ̇² + V′ = 0, J′ by differences."""
+    made = derivation("crank_and_slider")
+    p = {x.name: x.value for x in made.equations.system.parameters}
+    m, big, b, r, length, g = (p[name] for name in ("m", "M", "b", "r", "l", "g"))
+
+    def inertia(phi: float) -> float:
+        psi = -math.asin(r / length * math.sin(phi))
+        rate = -r * math.cos(phi) / (length * math.cos(psi))
+        x = -r * math.sin(phi) - length / 2 * math.sin(psi) * rate
+        z = r * math.cos(phi) + length / 2 * math.cos(psi) * rate
+        slide = -r * math.sin(phi) - length * math.sin(psi) * rate
+        turning = big * length**2 / 12 * rate**2
+        return m * r**2 / 3 + big * (x * x + z * z) + turning + b * slide**2
+
+    def acceleration(phi: float, rate: float) -> float:
+        h = 1e-4
+        points = (inertia(phi + k * h) for k in (-2, -1, 1, 2))
+        a, c, d, e = points
+        slope = (a - 8 * c + 8 * d - e) / (12 * h)
+        # The centres are r/2 sin φ and r/2 sin φ high, as the rod ends on the line.
+        weight = (m + big) * g * r / 2 * math.cos(phi)
+        return -(slope * rate**2 / 2 + weight) / inertia(phi)
+
+    reference = solve_ivp(
+        lambda t, y: (y[1], acceleration(*y)), (0, 2), (1, 10), "DOP853", rtol=1e-12, atol=1e-12
+    )
+    run = made.simulate()
+    assert run.status == "ok"
+    assert run.state["phi"] == pytest.approx(reference.y[0, -1], abs=1e-7)
+
+
+def test_rods_on_wires_turn_slowly() -> None:
+    analysis = derivation("rod_on_two_wires").analyze()
+    found = sorted(mode.frequency for mode in analysis.modes)
+    assert found == pytest.approx(sorted([math.sqrt(9.81 / 0.8)] * 2 + [math.sqrt(3 * 9.81 / 0.8)]))
