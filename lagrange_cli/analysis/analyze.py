@@ -19,7 +19,7 @@ from lagrange_cli.analysis.contacts.loss import contact_losses
 from lagrange_cli.analysis.equilibria.closed_forms import ClosedForms, closed_forms
 from lagrange_cli.analysis.equilibria.configuration import Configuration, configuration_at, nearest
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
-from lagrange_cli.analysis.equilibria.rest_system import RestSystem, rest_system
+from lagrange_cli.analysis.equilibria.rest_system import RestSystem, kinks_at, rest_system
 from lagrange_cli.analysis.equilibria.search import SearchResult, search, with_exact
 from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
 from lagrange_cli.analysis.equilibria.steady import SteadySystem, steady_system, turning_names
@@ -32,6 +32,12 @@ from lagrange_cli.analysis.linear.linearize import (
     state_space,
 )
 from lagrange_cli.analysis.linear.modes import modes
+from lagrange_cli.analysis.linear.sampled_loop import (
+    resting_loop,
+    sampled_loop,
+    stability_of_loop,
+    without_controllers,
+)
 from lagrange_cli.analysis.linear.stability import stability, stability_of_parameters
 from lagrange_cli.analysis.result import Analysis, LeftOut
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
@@ -43,6 +49,9 @@ from lagrange_cli.stages import announce
 if TYPE_CHECKING:
     from lagrange_cli.analysis.branches.parameter import Varied
     from lagrange_cli.mechanics.equations import Equations
+
+#: Why a sampled loop has no modes.
+_SAMPLED = Phrase("a controller samples the motion: poles are those of the sampled loop")
 
 #: The parts of an analysis, in the order in which they are computed.
 PARTS = ("symmetries", "equilibria", "linearization", "modes", "contacts")
@@ -80,9 +89,11 @@ def analyze(
     if branches is not None and steady:
         message = Phrase("branches are those of equilibria, not of steady motions")
         raise InputError(Problem(message, rule="analysis-branches"))
-    if equations.system.states and (branches is not None or steady):
+    apart = equations.system.states or equations.system.controllers
+    if apart and (branches is not None or steady):
         message = Phrase("equilibria alone are sought where there are states of first order")
         raise InputError(Problem(message, rule="analysis-states"))
+    equations = resting_loop(equations)
     everything = not parts and branches is None
     wanted = [part for part in PARTS if part in parts or everything]
     turning = turning_names(equations) if steady else ()
@@ -172,6 +183,13 @@ def _of_rest(
             (chosen,) = problem.completed([nearest(problem.sought, equilibria, configuration)])
             system = problem.system_at(chosen)
             linear = linearization(system, chosen)
+            if system.equations.system.controllers:
+                loop = sampled_loop(system, linear.state_space)
+                linear = without_controllers(system, linear)
+                result = replace(result, linearization=linear, sampled=loop)
+                if "modes" in further:
+                    raise InputError(Problem(_SAMPLED, rule="analysis-sampled"))
+                return _asked(result, wanted)
             result = replace(result, linearization=linear)
             if "modes" in further:
                 chose = bool(configuration.coordinates or configuration.held_inputs)
@@ -181,9 +199,12 @@ def _of_rest(
             raise
         missing = [p for p in further if p != "linearization" or result.linearization is None]
         result = replace(result, left_out=(*result.left_out, *_left_out(missing, error)))
-    if "linearization" not in wanted:
-        result = replace(result, linearization=None)
-    return result
+    return _asked(result, wanted)
+
+
+def _asked(result: Analysis, wanted: Collection[str]) -> Analysis:
+    """Return the result without a linear system that was not asked for."""
+    return result if "linearization" in wanted else replace(result, linearization=None)
 
 
 def _left_out(parts: Collection[str], error: InputError) -> tuple[LeftOut, ...]:
@@ -241,7 +262,10 @@ def _stability(problem: _RestProblem, point: Equilibrium) -> Stability:
         return Stability("undecided", Phrase("parameters have no values"))
     try:
         system = problem.system_at(point)
-        return stability(system, point, linear_system(system, point))
+        linear = linear_system(system, point)
+        if system.equations.system.controllers and not kinks_at(system, point):
+            return stability_of_loop(sampled_loop(system, state_space(system, linear, point)))
+        return stability(system, point, linear)
     except InputError as error:
         return Stability("undecided", error.problems[0].message)
 

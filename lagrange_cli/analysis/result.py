@@ -15,7 +15,13 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.contacts.loss import ContactLosses
     from lagrange_cli.analysis.equilibria.steady import SteadyForm
     from lagrange_cli.analysis.symmetries.linear_symmetries import Symmetries
-    from lagrange_cli.analysis.values import Equilibria, FrequencyResponse, Linearization, Mode
+    from lagrange_cli.analysis.values import (
+        Equilibria,
+        FrequencyResponse,
+        Linearization,
+        Mode,
+        SampledLoop,
+    )
     from lagrange_cli.mechanics.equations import Equations
 
 
@@ -111,6 +117,8 @@ class Analysis:
         Frequency responses at an equilibrium; None if they were not asked for.
     contacts
         Forces and loss of contacts; None if they were not asked for, or left out.
+    sampled
+        The linear system from sample to sample; None without controllers.
     """
 
     equations: Equations
@@ -125,6 +133,7 @@ class Analysis:
     branches: Branches | None = None
     response: FrequencyResponse | None = None
     contacts: ContactLosses | None = None
+    sampled: SampledLoop | None = None
 
     @property
     def rest_equations(self) -> Equations:

@@ -200,6 +200,30 @@ class StateSpace:
 
 
 @dataclass(frozen=True)
+class SampledLoop:
+    """A linear system under sampled controllers, x after a period = A x + B u with u held.
+
+    Attributes
+    ----------
+    period
+        Time until all controllers sample together again; that between samples if there is one.
+    states, inputs
+        Names of x, and of what is held.
+    a, b
+        The matrices over a period; None with several controllers.
+    poles
+        Poles of the loop from period to period, memory included, that are not 0; the largest first.
+    """
+
+    period: float
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    a: Matrix | None
+    b: Matrix | None
+    poles: tuple[complex, ...]
+
+
+@dataclass(frozen=True)
 class ExactMatrices:
     """Matrices in closed form, each as rows: M, C, K, and A and B where these are short."""
 

@@ -58,6 +58,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "analyze systems/oscillators/driven_spring.yaml --response 0.1..10",
         "analyze systems/constraints/four_bar_linkage.yaml --along 0.01 --samples 2",
         f"analyze {PENDULUM} --lyapunov 5",
+        "analyze FOLDER/sampled.yaml",
     ),
     "simulate": (
         "simulate systems/pendulums/spherical_pendulum.yaml --with conserved --until 1",

@@ -7,4 +7,4 @@ Poole and J. Safko, Classical Mechanics, 3rd ed., chapter 6). :mod:`.stability` 
 of Lagrange and Dirichlet and of Lyapunov (J. L. Lagrange 1788, A. M. Lyapunov 1892).
 """
 
-__all__ = ["first_order", "frequency_response", "linearize", "modes", "stability"]
+__all__ = ["first_order", "frequency_response", "linearize", "modes", "sampled_loop", "stability"]

@@ -40,6 +40,7 @@ from lagrange_cli.report.values.linear import (
     LINEARIZATION,
     MODE,
     RESPONSE,
+    SAMPLED,
     named_linearization,
 )
 
@@ -163,5 +164,6 @@ ANALYSIS: JsonObject[Analysis] = JsonObject(
         Key("along", ALONG, "With --along: the linear system along a motion."),
         Key("response", RESPONSE, "With --response: frequency responses."),
         Key("contacts", _CONTACTS, "Forces of contacts and where they vanish."),
+        Key("sampled", SAMPLED, "With controllers: the linear system from sample to sample."),
     ),
 )

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         Linearization,
         Mode,
         ResponsePeak,
+        SampledLoop,
         StateSpace,
     )
 
@@ -124,6 +125,17 @@ MODE: JsonObject[Mode] = JsonObject(
     Key("pole", or_null(COMPLEX), "The exponent s of exp(s t); null of an undamped mode."),
     Key("exact_square", or_null(EXPRESSION), "ω² in closed form, or null."),
     Key("exact_shape", or_null(list_of(EXPRESSION)), "The amplitudes in closed form, or null."),
+)
+
+SAMPLED: JsonObject[SampledLoop] = JsonObject(
+    Key("period", NUMBER, "Time until all controllers sample together again."),
+    Key("states", NAMES, "Names of the states."),
+    Key("inputs", NAMES, "Names of what is held."),
+    *optional(
+        Key("A", _MATRIX, "A of x after a period = A x + B u.", lambda loop: loop.a),
+        Key("B", _MATRIX, "B of this.", lambda loop: loop.b),
+    ),
+    Key("poles", list_of(COMPLEX), "Poles of the loop that are not 0, the largest first."),
 )
 
 # Along motions.

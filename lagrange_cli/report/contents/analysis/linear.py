@@ -46,11 +46,19 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.analysis.result import Analysis
-    from lagrange_cli.analysis.values import Linearization, Mode
+    from lagrange_cli.analysis.values import Linearization, Mode, SampledLoop
     from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 
 #: Digits of an angular frequency.
 _FREQUENCY_DIGITS = 9
+
+
+#: Letters of a step from sample to sample.
+_SUM = {
+    "u": Inline(bold("u")),
+    "x": Inline(bold("x")),
+    "sum": Inline(times(bold("A"), bold("x")) + " + " + times(bold("B"), bold("u"))),
+}
 
 
 def linear_sections(
@@ -64,6 +72,8 @@ def linear_sections(
     if analysis.linearization is not None:
         yield "linearization", contents.linearization(analysis.linearization)
         yield "states", contents.state_space(analysis.linearization)
+    if analysis.sampled is not None:
+        yield "sampled", contents.sampled(analysis.sampled)
     if analysis.modes is not None:
         yield "modes", contents.modes(analysis.modes)
 
@@ -149,6 +159,28 @@ class _LinearContents:
             ),
             Law(law),
             Matrices(tuple(matrices)),
+        )
+
+    def sampled(self, loop: SampledLoop) -> Section | None:
+        """Return the matrices from sample to sample, and the poles of the loop."""
+        time = Inline(numeral(loop.period))
+        matrices = None
+        if loop.a is not None and loop.b is not None:
+            matrices = Matrices((self.matrix("A", loop.a, None), self.matrix("B", loop.b, None)))
+        letter = symbol(free_letter(self.writer.equations, ("z", "zeta", "lambda")))
+        shown = loop.poles[:MOST_LISTED]
+        rows = [
+            Formula(below(letter, str(k)), (label_node(numeral(pole)),))
+            for k, pole in enumerate(shown, 1)
+        ]
+        law = say("With {u} held, {x} becomes {sum} within {time}, where", time=time, **_SUM)
+        return section(
+            say("Sampled loop"),
+            None if matrices is None else Paragraph(law),
+            matrices,
+            Paragraph(say("Poles of the loop from period to period, {time} each:", time=time)),
+            formulas(rows, result=True),
+            hidden(len(loop.poles) - len(shown)),
         )
 
     # -- modes ------------------------------------------------------------------------
