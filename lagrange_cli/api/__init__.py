@@ -96,6 +96,7 @@ _OFFERED = {
         *("check_paths", "files_of", "note_outcomes", "scenes_in"),
     ),
     "mechanics.step_values": ("Way",),
+    "pages.server": ("PageServer", "message_page"),
     "report.values.reports": ("REPORTS", "report_schema", "report_values"),
     "scene.conditions": ("Formulation",),
     "scene.schema": ("scene_schema",),

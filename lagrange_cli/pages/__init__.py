@@ -2,8 +2,8 @@
 
 Equations and the trajectory of a simulation go in; the text of one HTML file comes out, without
 anything that it would load. :mod:`.stage` says what is drawn, as values that the page reads;
-:mod:`.page` writes the file. The folder ``player`` holds the page's own JavaScript. Read
-:mod:`.page` first.
+:mod:`.page` writes the file, and :mod:`.server` serves it while a scene is written. The folder
+``player`` holds the page's own JavaScript. Read :mod:`.page` first.
 """
 
-__all__ = ["page"]
+__all__ = ["page", "server"]

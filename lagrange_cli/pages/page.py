@@ -7,8 +7,6 @@ of the emitted module, escaped for each.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
 import re
 from collections.abc import Iterator, Sequence
@@ -20,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.emit.languages.javascript import emit_javascript
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable, text_prose
+from lagrange_cli.pages.server import policy_hash
 from lagrange_cli.pages.stage import drawn_equations, stage_of
 from lagrange_cli.report.contents.derivation.documents import asked_document, titled
 from lagrange_cli.report.document_options import DEFAULTS
@@ -95,8 +94,8 @@ def _head(equations: Equations, trajectory: Trajectory, say: Language) -> Iterat
     scripts = [_system(drawn), _script()]
     data = _json(_data(drawn, trajectory, labels, say))
     policy = (
-        f"default-src 'none'; script-src {' '.join(map(_hash, scripts))}; "
-        f"style-src-elem {_hash(style)}; style-src-attr 'unsafe-inline'; "
+        f"default-src 'none'; script-src {' '.join(map(policy_hash, scripts))}; "
+        f"style-src-elem {policy_hash(style)}; style-src-attr 'unsafe-inline'; "
         "base-uri 'none'; form-action 'none'"
     )
     yield f'<html lang="{say.code}">'
@@ -149,11 +148,6 @@ def _resource(name: str) -> str:
     data = get_data("lagrange_cli.pages", f"player/{name}")
     assert data is not None
     return data.decode("utf-8")
-
-
-def _hash(text: str) -> str:
-    digest = hashlib.sha256(text.encode("utf-8")).digest()
-    return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
 def _json(value: Any) -> str:

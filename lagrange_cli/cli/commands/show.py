@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -12,11 +14,17 @@ from lagrange_cli.cli import options
 from lagrange_cli.cli.guard import guard
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
-from lagrange_cli.files import write_file
+from lagrange_cli.cli.terminal.output import print_text
+from lagrange_cli.errors import InputError, LagrangeError, Problem, render
+from lagrange_cli.files import stamp_of, write_file
 from lagrange_cli.report.phrases.language import LANGUAGES
 
 if TYPE_CHECKING:
     from lagrange_cli.api import Derivation
+
+
+#: Seconds between two looks at the files that are watched.
+_LOOKED_AFTER = 0.3
 
 
 @click.command(cls=Command)
@@ -28,6 +36,19 @@ if TYPE_CHECKING:
 @heading("Output")
 @options.file(
     "-o --output", "Write this file of HTML.", callback=options.writable_as(".html", ".htm")
+)
+@click.option(
+    "--watch",
+    is_flag=True,
+    help="Serve the page on this machine, and show it anew when the scene is saved; Ctrl-C ends.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    show_default="any that is free",
+    metavar="N",
+    help="With --watch: the port.",
 )
 @click.option(
     "--language",
@@ -47,6 +68,8 @@ def show(
     initial: dict[str, str],
     until: str | None,
     output: str | None,
+    watch: bool,
+    port: int,
     language: str,
 ) -> None:
     """Write a page on which SCENE, a YAML file or - for standard input, moves.
@@ -54,15 +77,52 @@ def show(
     One file of HTML, which loads nothing: open it in a browser. It integrates the certified
     equations, says how far it is from the simulated motion, and has sliders for parameters and
     starts."""
-    if output is None:
-        raise click.UsageError("name the file of the page, as in -o page.html")
+    if port and not watch:
+        raise click.UsageError("--port is the port of --watch")
+    if watch and (output is not None or scene == "-"):
+        raise click.UsageError("--watch serves the page of a file: without -o, and not of -")
+    if output is None and not watch:
+        raise click.UsageError("name the file of the page, as in -o page.html, or --watch it")
     times = {} if until is None else {"until": until}
-    asked = RememberedScene(session, read_source(scene), parameters, initial, times)
-    guard(asked, {"-o": output})
 
     def page(derivation: Derivation) -> str:
         return derivation.page(language=language)
 
-    text = asked.answer("show", [language], "making the page", page, reads_recordings=True)
-    write_file(output, text.encode("utf-8"))
+    def written() -> str:
+        asked = RememberedScene(session, read_source(scene), parameters, initial, times)
+        guard(asked, {"-o": output})
+        text: str = asked.answer("show", [language], "making the page", page, reads_recordings=True)
+        return text
+
+    if output is None:
+        _watch(session, scene, written, port)
+    write_file(output, written().encode("utf-8"))
     session.remark(f"wrote {output}")
+
+
+def _watch(session: Session, scene: str, written: Callable[[], str], port: int) -> NoReturn:
+    """Serve a page, and make it anew whenever the scene or a file that it reads is saved."""
+    from lagrange_cli.api import PageServer, files_of, message_page
+
+    try:
+        server = PageServer(port)
+    except OSError as error:
+        hint = "without --port, one that is free is taken"
+        raise InputError(
+            Problem(f"port {port}: {error.strerror}", hint=hint, rule="usage")
+        ) from None
+    known: list[tuple[int, ...]] | None = None
+    with server:
+        server.show(message_page("The page is being made."))
+        print_text(f"{server.address}\n")
+        while True:
+            stamps = [stamp_of(path) for path in files_of(scene)]
+            if stamps != known:
+                try:
+                    server.show(written())
+                except LagrangeError as error:
+                    text = "\n".join(map(render, error.problems))
+                    session.remark(text)
+                    server.show(message_page(text))
+                known = stamps
+            time.sleep(_LOOKED_AFTER)
