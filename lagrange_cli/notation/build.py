@@ -7,7 +7,7 @@ kept exactly; what cannot be shown exactly is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -60,12 +60,6 @@ _SYMMETRIC = frozenset(("min", "max"))
 
 #: Largest denominator that is taken out of a sum in a function.
 _MOST_PARTS = 4
-
-#: Integers longer than this show as the scene wrote them (``1e30``).
-_LONG_INTEGER = 10**6
-
-#: Fractions from this denominator on are decimals where the scene writes decimals.
-_LONG_DENOMINATOR = 1000
 
 
 def display(expression: sympy.Expr, words: Vocabulary) -> DisplayNode:
@@ -254,11 +248,11 @@ class _Factors:
         else:
             self.below.append(ordering.root_of(below))
 
-    def term(self, literals: Mapping[Fraction, str]) -> SignedNode:
+    def term(self, words: Vocabulary) -> SignedNode:
         """Return the gathered product as a signed node."""
         self._take_letters()
         self._close_roots()
-        self._place_coefficient(literals)
+        self._place_coefficient(words)
         node = ordering.fraction_of(
             ordering.product_of(self.above), ordering.product_of(self.below)
         )
@@ -271,19 +265,19 @@ class _Factors:
         elif not ordering.is_one(below):
             self.below.append(ordering.root_of(below))
 
-    def _place_coefficient(self, literals: Mapping[Fraction, str]) -> None:
+    def _place_coefficient(self, words: Vocabulary) -> None:
         """Show the number before the fraction, or in it where there is one: also in π/6."""
         value = self.coefficient
         if value == 0:
             self.above, self.below = [ordering.number_of(0)], []
             return
-        if _literal(value, literals) is None and _literal(1 / value, literals) is not None:
-            self.below.append(_number(1 / value, literals))
-        elif (self.below or _only_pi(self.above)) and _decimal(value, literals) is None:
-            self.above.append(_number(Fraction(value.numerator), literals))
-            self.below.append(_number(Fraction(value.denominator), literals))
+        if words.literal(value) is None and words.literal(1 / value) is not None:
+            self.below.append(words.number(1 / value))
+        elif (self.below or _only_pi(self.above)) and words.decimal(value) is None:
+            self.above.append(words.number(Fraction(value.numerator)))
+            self.below.append(words.number(Fraction(value.denominator)))
         else:
-            self.above.append(_number(value, literals))
+            self.above.append(words.number(value))
 
 
 def _only_pi(factors: Sequence[DisplayNode]) -> bool:
@@ -295,28 +289,6 @@ def _letter_power(node: DisplayNode) -> tuple[DisplayNode, Fraction]:
     if isinstance(node, DisplayPower) and isinstance(node.exponent, DisplayNumber):
         return node.base, Fraction(node.exponent.numerator, node.exponent.denominator)
     return node, Fraction(1)
-
-
-def _literal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
-    """Return the decimal that the scene wrote for a value, where that reads better."""
-    if value.denominator > 4 or (value.denominator == 1 and value.numerator >= _LONG_INTEGER):
-        return literals.get(value)
-    return None
-
-
-def _decimal(value: Fraction, literals: Mapping[Fraction, str]) -> str | None:
-    """Return the decimal for a value: the scene's own, or in a scene that writes decimals the exact
-    one of a fraction that nobody would write."""
-    text = _literal(value, literals)
-    is_short = value.denominator < _LONG_DENOMINATOR or value >= _LONG_INTEGER
-    if text is not None or not literals or is_short:
-        return text
-    shortest = repr(float(value))
-    return shortest if Fraction(shortest) == value else None
-
-
-def _number(value: Fraction, literals: Mapping[Fraction, str]) -> DisplayNumber:
-    return ordering.number_of(value.numerator, value.denominator, _decimal(value, literals))
 
 
 def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
@@ -339,7 +311,7 @@ def _product(factors: Iterable[sympy.Expr], words: Vocabulary) -> SignedNode:
             gathered.multiply(_oriented(_term(factor, words), factor, words))
         else:
             gathered.multiply(_single(factor, words))
-    return gathered.term(words.literals)
+    return gathered.term(words)
 
 
 def _without_names(

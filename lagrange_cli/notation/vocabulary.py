@@ -16,7 +16,14 @@ from lagrange_cli.mechanics.free_symbols import symbols_in, unknown_function
 from lagrange_cli.notation import ordering
 from lagrange_cli.notation.ordering import labelled_symbol
 from lagrange_cli.notation.symbols import multiplier_name, split_name
-from lagrange_cli.notation.tree import Dependence, DisplaySymbol, Role, SignedNode, abbreviations_in
+from lagrange_cli.notation.tree import (
+    Dependence,
+    DisplayNumber,
+    DisplaySymbol,
+    Role,
+    SignedNode,
+    abbreviations_in,
+)
 
 if TYPE_CHECKING:
     from sympy import Basic, Expr
@@ -78,6 +85,12 @@ _MASSES = frozenset("mM")
 #: Functions whose abbreviations stand where they do, behind all other factors.
 _TRIGONOMETRIC = (sympy.sin, sympy.cos, sympy.tan, sympy.sinh, sympy.cosh, sympy.tanh)
 
+#: Integers longer than this show as the scene wrote them (``1e30``).
+_LONG_INTEGER = 10**6
+
+#: Fractions from this denominator on are decimals where the scene writes decimals.
+_LONG_DENOMINATOR = 1000
+
 #: A factor of an expression that has a name, and its power.
 NamedFactor: TypeAlias = tuple[SignedNode, Fraction]
 
@@ -121,6 +134,26 @@ class Vocabulary:
                 self.atoms[s].traits.level == Dependence.PARAMETER for s in expression.free_symbols
             )
         ]
+
+    def number(self, value: Fraction) -> DisplayNumber:
+        """Return the node of a number."""
+        return ordering.number_of(value.numerator, value.denominator, self.decimal(value))
+
+    def literal(self, value: Fraction) -> str | None:
+        """Return the decimal that the scene wrote for a value, where that reads better."""
+        if value.denominator > 4 or (value.denominator == 1 and value.numerator >= _LONG_INTEGER):
+            return self.literals.get(value)
+        return None
+
+    def decimal(self, value: Fraction) -> str | None:
+        """Return the decimal for a value: the scene's own, or in a scene that writes decimals the
+        exact one of a fraction that nobody would write."""
+        text = self.literal(value)
+        is_short = value.denominator < _LONG_DENOMINATOR or value >= _LONG_INTEGER
+        if text is not None or not self.literals or is_short:
+            return text
+        shortest = repr(float(value))
+        return shortest if Fraction(shortest) == value else None
 
 
 def vocabulary(
