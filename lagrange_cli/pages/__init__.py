@@ -6,4 +6,4 @@ anything that it would load. :mod:`.stage` says what is drawn, as values that th
 ``player`` holds the page's own JavaScript. Read :mod:`.page` first.
 """
 
-__all__ = ["page", "server"]
+__all__ = ["page"]
