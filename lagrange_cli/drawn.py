@@ -7,10 +7,14 @@ registries, which know values by their types, are called by their names.
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import import_module
 
 #: The room above all values, in which pictures are registered by type.
 _PICTURES = "lagrange_cli.pictures"
+
+_MOVING = f"{_PICTURES}.moving"
 
 #: The formats of reports, whose contents are registered by type.
 _FORMATS = "lagrange_cli.report.formats"
@@ -57,3 +61,42 @@ def draw_into(path: str | os.PathLike[str], value: object, asked: str | None = N
         As :meth:`Drawn.plot`; nothing has a name that is asked for.
     """
     import_module(_PICTURES).draw_into(path, value, asked)
+
+
+@dataclass(frozen=True)
+class Film:
+    """Motions beside each other, which notebooks play.
+
+    Attributes
+    ----------
+    equations
+        The equations that they are of.
+    motions
+        Title and trajectory of each.
+    speed
+        Units of time in a second of the film; None for the usual.
+    """
+
+    equations: object
+    motions: Sequence[tuple[str, object]]
+    speed: float | None = None
+
+    def _repr_html_(self) -> str:
+        moving = import_module(_MOVING)
+        return bytes(moving.animated(self._pictures(), "svg")).decode("utf-8")
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write ``.svg``, ``.gif`` or ``.mp4``.
+
+        Raises
+        ------
+        InputError
+            As :meth:`.Derivation.animate`.
+        """
+        import_module(_MOVING).write_film(path, self._pictures())
+
+    def _pictures(self) -> object:
+        pictures: object = import_module(_MOVING).motion_pictures(
+            self.equations, self.motions, self.speed
+        )
+        return pictures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, TypeAlias
@@ -235,7 +236,9 @@ def simulate(
         return simulate_with_sensitivities(model, options, context)
     free = variants.recipe.formulation == "auto" and not extra
     maker = partial(variants.with_multipliers, values) if free else None
-    return simulate_past_singularities(variants.model_of(values), options, maker, context)
+    trajectory = simulate_past_singularities(variants.model_of(values), options, maker, context)
+    is_own = not (parameters or inputs)
+    return replace(trajectory, equations=derived.equations) if is_own else trajectory
 
 
 def ensemble(

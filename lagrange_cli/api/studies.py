@@ -344,16 +344,17 @@ def path_models(derived: Derived) -> PathModels:
 def animate(
     derived: Derived,
     path: str | os.PathLike[str],
-    trajectory: Trajectory | None = None,
+    trajectory: Trajectory | Paths | None = None,
     *,
     speed: float | None = None,
 ) -> None:
-    """Write a film of a motion as ``.svg``, ``.gif`` or ``.mp4``, or the page of :meth:`page`.
+    """Write a film as ``.svg``, ``.gif`` or ``.mp4``, or the page of :meth:`page`.
 
     Parameters
     ----------
     trajectory
-        A motion of these equations; by default that of :meth:`simulate`.
+        A motion of these equations, or paths between two ends; by default that of
+        :meth:`simulate`.
     speed
         Units of time in a second of the film: by default 1, or what makes a film of ten seconds
         where it would be shorter than a second or longer than a minute.
@@ -368,15 +369,21 @@ def animate(
     --------
     >>> load("systems/pendulums/pendulum.yaml").derive().animate("swing.svg")
     """
+    from lagrange_cli.drawn import Film
     from lagrange_cli.files import ending_of, write_file
-    from lagrange_cli.pictures.moving import animated, motion_pictures
+    from lagrange_cli.studies.path.result import Paths
 
-    ending = ending_of(path).lstrip(".")
-    if ending == "html":
+    if isinstance(trajectory, Paths):
+        motions = [
+            (f"{number}: {one.conjugacy.kind}", one.trajectory)
+            for number, one in enumerate(trajectory.solutions, 1)
+        ]
+    elif ending_of(path) == ".html":
         write_file(path, page(derived, trajectory).encode("utf-8"))
         return
-    pictures = motion_pictures(derived.equations, trajectory or simulate(derived), speed)
-    write_file(path, animated(pictures, ending))
+    else:
+        motions = [("", trajectory or simulate(derived))]
+    Film(derived.equations, motions, speed).write(path)
 
 
 def page(derived: Derived, trajectory: Trajectory | None = None, *, language: str = "en") -> str:

@@ -16,6 +16,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.pictures.figures import new_figure
 from lagrange_cli.pictures.sketch.displaced import DisplacedSketch, RestingSketch
@@ -156,20 +157,28 @@ def animated(pictures: MovingPictures, ending: str) -> bytes:
     return _film(pictures, ending)
 
 
+def write_film(path: str | os.PathLike[str], pictures: MovingPictures) -> None:
+    """Write a file that moves, whose ending says what it is; see :func:`animated`."""
+    write_file(path, animated(pictures, ending_of(path).lstrip(".")))
+
+
 # -- motions ------------------------------------------------------------------------------
 
 
 def motion_pictures(
-    equations: Equations, trajectory: Trajectory, speed: float | None = None
+    equations: Equations,
+    motions: Sequence[tuple[str, Trajectory]],
+    speed: float | None = None,
 ) -> MovingPictures:
-    """Draw a motion.
+    """Draw motions, a panel each.
 
     Between samples coordinates are interpolated by cubics through their values and rates.
 
     Parameters
     ----------
-    trajectory
-        A motion of these equations; a unit of its time is a second.
+    motions
+        Motions of these equations over the same time, each below a title; a unit of their time is
+        a second.
     speed
         Units of its time in a second of the film; None for 1, or, where the film would be shorter
         than a second or longer than a minute, for a film of ten seconds.
@@ -180,19 +189,26 @@ def motion_pictures(
         The speed is not positive, or the film would be of hours, or there is no picture of the
         system.
     """
+    first = motions[0][1]
+    seconds = _seconds(float(first.t[-1] - first.t[0]), speed)
+    frames = int(min(_MOST_FRAMES, max(2, round(_RATE * seconds))))
+    times = np.linspace(first.t[0], first.t[-1], frames, endpoint=False)
+    panels = (
+        MovingPanel(Label(title, title), _followed(equations, trajectory, times), shows_rest=False)
+        for title, trajectory in motions
+    )
+    return MovingPictures(first.labels.title, tuple(panels), seconds)
+
+
+def _followed(equations: Equations, trajectory: Trajectory, times: Array) -> DisplacedSketch:
     from scipy.interpolate import CubicHermiteSpline
 
     names, t = trajectory.coordinates, trajectory.t
     values = np.array([trajectory.columns[name] for name in names]).T
     rates = np.array([trajectory.columns[f"dot({name})"] for name in names]).T
-    seconds = _seconds(float(t[-1] - t[0]), speed)
-    frames = int(min(_MOST_FRAMES, max(2, round(_RATE * seconds))))
-    times = np.linspace(t[0], t[-1], frames, endpoint=False)
     apart = np.concatenate([[True], np.diff(t) > 0])
     followed = CubicHermiteSpline(t[apart], values[apart], rates[apart])(times)
-    sketch = RestingSketch(equations, values[0])
-    panel = MovingPanel(Label("", ""), sketch.followed(followed, times), shows_rest=False)
-    return MovingPictures(trajectory.labels.title, (panel,), seconds)
+    return RestingSketch(equations, values[0]).followed(followed, times)
 
 
 def _seconds(span: float, speed: float | None) -> float:

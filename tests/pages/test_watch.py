@@ -101,7 +101,8 @@ def test_a_browser_follows_the_scene(tmp_path: Path) -> None:
         [node, script, BROWSER, address],
         cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
-    assert browser.stdin is not None and browser.stdout is not None
+    assert browser.stdin is not None
+    assert browser.stdout is not None
 
     def sees(text: str) -> None:
         print(text, file=browser.stdin, flush=True)

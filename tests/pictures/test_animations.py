@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
@@ -22,13 +23,14 @@ PENDULUM = str(SYSTEMS / "pendulums" / "pendulum.yaml")
 @pytest.fixture(scope="module")
 def swing():
     derivation = load(PENDULUM).derive()
-    return derivation.equations, derivation.simulate(until=2.0)
+    return derivation.equations, [("", derivation.simulate(until=2.0))]
 
 
 def test_frames_show_the_motion(swing):
     """Each frame has the bob at its angle from the pivot, on a rod of one length."""
-    equations, trajectory = swing
-    pictures = motion_pictures(equations, trajectory)
+    equations, motions = swing
+    ((_, trajectory),) = motions
+    pictures = motion_pictures(equations, motions)
     (panel,) = pictures.panels
     assert pictures.seconds == 2.0
     assert pictures.frames == 50
@@ -47,7 +49,7 @@ def test_curves_go_as_far_as_the_motion():
         ("rolling/wheel_down_incline", "ground"),
     ):
         derivation = load(SYSTEMS / f"{place}.yaml").derive()
-        (panel,) = motion_pictures(derivation.equations, derivation.simulate()).panels
+        (panel,) = motion_pictures(derivation.equations, [("", derivation.simulate())]).panels
         x = np.concatenate([drawn.bodies[:, 0] for drawn in panel.sketch.moved])
         lines = np.concatenate([line[:, 0] for k, line in panel.sketch.still if k == kind])
         assert lines.min() <= x.min()
@@ -61,7 +63,7 @@ def test_a_speed_makes_a_film_shorter_or_longer(swing, speed, seconds):
 
 def test_a_motion_of_months_lasts_ten_seconds():
     derivation = load(SYSTEMS / "celestial" / "kepler.yaml").derive()
-    assert motion_pictures(derivation.equations, derivation.simulate()).seconds == 10.0
+    assert motion_pictures(derivation.equations, [("", derivation.simulate())]).seconds == 10.0
 
 
 @pytest.mark.parametrize(("speed", "says"), [(0.0, "positive"), (1e-6, "more than an hour")])
@@ -117,3 +119,22 @@ def test_what_is_no_film_is_refused(words, says, tmp_path):
     done = lagrange("simulate", PENDULUM, *words, cwd=tmp_path)
     assert done.returncode == 2
     assert says in done.stderr
+
+
+def test_paths_are_filmed_beside_each_other(tmp_path):
+    film = tmp_path / "paths.svg"
+    words = ("--from", "theta=0, t=0", "--to", "theta=1, t=2", "--animate", str(film))
+    done = lagrange("path", PENDULUM, *words, "--starts", "8", "--json")
+    kinds = [one["kind"] for one in json.loads(done.stdout)["solutions"]]
+    text = film.read_text(encoding="utf-8")
+    assert [f"{k}: {kind}" in text for k, kind in enumerate(kinds, 1)] == [True] * len(kinds)
+
+
+def test_a_motion_plays_in_notebooks(tmp_path):
+    derivation = load(PENDULUM).derive()
+    film = derivation.simulate(until=1).animate(speed=2)
+    assert film._repr_html_().startswith("<svg")
+    film.write(tmp_path / "swing.svg")
+    assert "0.5s" in (tmp_path / "swing.svg").read_text(encoding="utf-8")
+    with pytest.raises(InputError, match="its own parameters"):
+        derivation.simulate(until=1, parameters={"l": 2}).animate()

@@ -68,6 +68,12 @@ from lagrange_cli.report.formats import ReportForm
     " .pdf, .svg, .png or .pgf, by matplotlib, or as .tex for pgfplots.",
     "tex",
 )
+@options.file(
+    "--animate",
+    "Write a film of the paths beside each other, as .svg, .gif (by matplotlib) or .mp4 (by"
+    " ffmpeg, too).",
+    callback=options.writable_as(".svg", ".gif", ".mp4"),
+)
 @options.report_form
 @options.common
 @click.pass_context
@@ -84,13 +90,14 @@ def path(
     parameters: dict[str, str],
     output: str | None,
     plot: str | None,
+    animate: str | None,
     form: ReportForm,
 ) -> None:
     """Find the paths of SCENE, a YAML file or - for standard input, that make the action
     stationary between two configurations at two times, and certify them by simulation."""
     session = ctx.ensure_object(Session)
     asked = RememberedScene(session, read_source(scene), parameters, formulation="auto")
-    guard(asked, {"-o": output, "--plot": plot})
+    guard(asked, {"-o": output, "--plot": plot, "--animate": animate})
     problem = asked.path_problem((start, "--from"), (end, "--to"))
     with session.progress("searching") as move:
         paths = asked.paths(
@@ -108,4 +115,6 @@ def path(
     print_report(paths, form, report_file)
     if plot is not None:
         paths.plot(plot)
+    if animate is not None and paths.solutions:
+        asked.derivation().animate(animate, paths)
     ctx.exit(paths.exit_code)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from lagrange_cli.drawn import Reported, draw_into
+from lagrange_cli.drawn import Film, Reported, draw_into
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.simulate.arrays import Array
@@ -16,6 +16,7 @@ from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.simulate.results.formats import Format, as_csv, as_npz, format_of
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.simulate.results.decimation import Decimated
 
 
@@ -159,6 +160,8 @@ class Trajectory(Reported):
         Name of each conserved quantity → its largest change over the largest sum of the sizes of
         its terms, for ``energy`` and ``jacobi`` as in ``energy_drift``; None where a number is
         not finite. None unless it was asked for.
+    equations
+        Those that :meth:`animate` draws; None where they are not known to be of this motion.
     """
 
     name: str
@@ -194,6 +197,7 @@ class Trajectory(Reported):
     energy_scale: float | None = None
     labels: Labels = field(default_factory=Labels)
     conserved_drift: Mapping[str, float | None] | None = None
+    equations: Equations | None = field(default=None, repr=False, compare=False)
 
     @property
     def exit_code(self) -> int:
@@ -266,6 +270,26 @@ class Trajectory(Reported):
             The ending is another one, or the file cannot be written.
         """
         write_file(path, self._bytes(format_of(path), extra))
+
+    def animate(self, speed: float | None = None) -> Film:
+        """Return a film of the motion, which notebooks play and which writes itself into files.
+
+        ``speed``: units of time in a second of the film, as of :meth:`.Derivation.animate`.
+
+        Raises
+        ------
+        InputError
+            The motion is not of the scene's own parameters, or there is no picture of the system.
+        """
+        if self.equations is None:
+            raise InputError(
+                Problem(
+                    "this motion is not known to be one of the scene with its own parameters",
+                    hint="derive the scene with them: load(FILE, parameters=...)",
+                    rule="usage",
+                )
+            )
+        return Film(self.equations, [("", self)], speed)
 
     def plot(self, path: str | os.PathLike[str], of: str | None = None) -> None:
         """Draw the motion into a file: a picture by matplotlib, or ``.tex`` for pgfplots.
