@@ -31,8 +31,14 @@ def _document(
 
 def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.c.module import emit_c
+    from lagrange_cli.emit.c.steps import FIXED_STEPS, require_steps
 
-    return emit_c(equations, options)
+    errors = {}
+    for name in require_steps(equations, options):
+        from lagrange_cli.studies.step_error import step_error  # imports SciPy
+
+        errors[name] = step_error(equations, FIXED_STEPS[name].routine, FIXED_STEPS[name].arrays)
+    return emit_c(equations, options, errors)
 
 
 def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -115,6 +121,11 @@ _CANONICAL = Option(
     further=True,
 )
 
+_STEPS = (
+    Option("step", "a fixed step of order 4 for real time", further=True),
+    Option("midpoint", "a fixed step by the implicit midpoint rule", further=True),
+)
+
 EMITTERS: dict[str, Emitter] = {
     entry.name: entry
     for entry in (
@@ -149,6 +160,7 @@ EMITTERS: dict[str, Emitter] = {
                 _JACOBIAN,
                 _LINEARIZATION,
                 _CANONICAL,
+                *_STEPS,
             ),
         ),
         Emitter(

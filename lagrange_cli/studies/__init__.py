@@ -4,4 +4,4 @@ A model goes in; tables of errors and seconds come out, measured against a solut
 accuracy. Read :mod:`.reference` first.
 """
 
-__all__ = ["effective_potential", "linear_motion", "lyapunov", "reference"]
+__all__ = ["effective_potential", "linear_motion", "lyapunov", "reference", "step_error"]

@@ -43,6 +43,7 @@ def header_text(
     *,
     linearized: bool,
     canonical: bool,
+    steps: str = "",
 ) -> str:
     """Return the text of ``NAME.h``.
 
@@ -54,6 +55,8 @@ def header_text(
         Function of the interface → where its results are.
     linearized, canonical
         Whether there is a function ``linearization``, whether there are canonical equations.
+    steps
+        Declarations of fixed steps.
     """
     prefix = target.prefix
     guard = f"LAGRANGE_{prefix}_H"
@@ -82,7 +85,7 @@ def header_text(
             "",
             *_structure(equations, target),
             "",
-            _declarations(equations, target, derivatives, linearized, canonical),
+            _declarations(equations, target, derivatives, linearized, canonical) + steps,
             "#ifdef __cplusplus",
             "}",
             "#endif",

@@ -7,6 +7,7 @@ compiles without warnings as C99 and as C++.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import digest
@@ -32,6 +33,7 @@ from lagrange_cli.emit.c.solvers import (
     loop_helpers,
     solver_text,
 )
+from lagrange_cli.emit.c.steps import require_steps, step_declarations, step_text
 from lagrange_cli.emit.c.target import CTarget, real_type
 from lagrange_cli.emit.initial_state import require_coordinates
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
@@ -63,7 +65,11 @@ _OUTPUTS: dict[str, tuple[str, ...]] = {
 }
 
 
-def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_c(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """Return ``NAME.h`` and ``NAME.c``, or the header alone that holds both.
 
     Parameters
@@ -72,6 +78,8 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         ``real``: ``float``, ``double`` or ``long-double``; ``main``: whether
         the source ends with a ``main`` that integrates and prints CSV; ``header_only``:
         whether the header holds the source, too.
+    step_errors
+        Function of fixed steps → a sentence on its measured error.
 
     Raises
     ------
@@ -83,6 +91,7 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
     """
     if options["main"]:
         require_coordinates(equations)
+    steps = require_steps(equations, options)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
     linearized = bool(options["linearization"] and equations.system.coordinates)
@@ -97,6 +106,8 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         source += "\n" + linearization_text(equations, programs, target)
     if canonical:
         source += "\n" + canonical_text(equations, target)
+    if steps:
+        source += "\n" + step_text(equations, target, steps)
     if options["main"]:
         source += main_text(equations, target)
     work = mode_workspace_size(programs, len(equations.system.contacts))
@@ -109,6 +120,7 @@ def emit_c(equations: Equations, options: Mapping[str, str | bool]) -> dict[str,
         derivatives_of(programs),
         linearized=linearized,
         canonical=canonical,
+        steps=step_declarations(equations, target, steps, step_errors),
     )
     if options["header_only"]:
         return {f"{stem}.h": _with_source(header, source, target.prefix)}

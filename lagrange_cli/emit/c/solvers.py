@@ -85,7 +85,7 @@ def _of_programs(programs: Iterable[Program]) -> Iterator[str]:
 _TOLERANCES = ("RATE_TOLERANCE", "LEAST_PIVOT")
 
 #: Constants of routines that are multiples of the rounding of the type.
-_UNITS = ("NOISE", "LAST_PLACE")
+_UNITS = ("NOISE", "LAST_PLACE", "SETTLED")
 
 #: Functions of the scene that read no flags of contacts.
 _WITHOUT_FLAGS = ("flight_rhs", "rhs")
@@ -146,6 +146,8 @@ class _RoutineSyntax(Syntax):
         return f"{'' if argument.changed else 'const '}{text}{argument.name}"
 
     def handed(self, kind: str) -> list[str]:
+        if kind == "dynamics":
+            return ["u", "p", "work", "status"]
         return ["p", "status"] if kind == "motion" else ["t", "u", "p", "work"]
 
     def evaluated(
@@ -156,6 +158,10 @@ class _RoutineSyntax(Syntax):
             *moments, mode, results = arguments
             named = {"step": "moved"}.get(function, function)
             call = f"{names.prefix}_{named}({', '.join(moments)}, p, {mode}, {results})"
+            return [], f"((*status = {call}) == 0)"
+        if kind == "dynamics":
+            time, state, results = arguments
+            call = f"{names.prefix}_{function}({time}, {state}, u, p, work, {results})"
             return [], f"((*status = {call}) == 0)"
         state, *_, results = arguments
         if names.contact_from is None:

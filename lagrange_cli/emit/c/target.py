@@ -226,6 +226,9 @@ class CTarget:
         real = self.real.name
         if kind == "motion":
             return f"const {self.prefix}_params *p, int *status"
+        if kind == "dynamics":
+            params = f"const {self.prefix}_params *p"
+            return f"const {real} *u, {params}, {real} *work, int *status"
         return f"{real} t, const {real} *u, const {self.prefix}_params *p, {real} *work"
 
     def fill(self, template: str, others: Mapping[str, str] | None = None) -> str:

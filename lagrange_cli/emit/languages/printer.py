@@ -190,6 +190,8 @@ class Language(Syntax):
         return any(function is inner for inner, _ in self.interface.inner)
 
     def handed(self, kind: str) -> list[str]:
+        if kind == "dynamics":
+            return [*self.inputs_handed, "p"]
         mode = ["mode"] if kind == "closures" and self.interface.contacts else []
         return ["p"] if kind == "motion" else ["t", *self.inputs_handed, "p", *mode]
 
@@ -203,11 +205,14 @@ class Language(Syntax):
         if kind == "motion":
             *moments, mode = arguments
             return self.motion.get(function, function), [*moments, "p", mode]
+        time = "t"
+        if kind == "dynamics":
+            time, *arguments = arguments
         state, *modes = arguments
         if kind == "closures" and self.interface.contacts:
             function, modes = f"contact_{function}", ["mode"]
         last = ["p", *self.inputs_handed] if self.inputs_last else [*self.inputs_handed, "p"]
-        return function, ["t", state, *last, *modes]
+        return function, [time, state, *last, *modes]
 
     def call_of(self, step: Solve, arrays: Iterable[str], table: str) -> str:
         """Return the call of a routine by its arrays, and by tables as a format writes them."""

@@ -1,4 +1,6 @@
-"""Motions: recorded inputs, and steps to events, whose times are bisected to rounding."""
+"""Motions: recorded inputs, steps to events, whose times are bisected to rounding, and fixed steps
+(E. Hairer, S. P. Norsett and G. Wanner, *Solving Ordinary Differential Equations I*, 1993, II.1; E.
+Hairer, C. Lubich and G. Wanner, *Geometric Numerical Integration*, 2006, II.1 and VIII.6)."""
 
 from __future__ import annotations
 
@@ -11,6 +13,12 @@ NOISE = 2.0**-43
 
 #: Part of a time that is one unit in its last place.
 LAST_PLACE = 2.0**-52
+
+#: Part of a number, with its change, below which iterations have settled.
+SETTLED = 2.0**-48
+
+#: Iterations of an implicit step: more do not fit into real time.
+MOST_ITERATIONS = 50
 
 
 class Motion(Protocol):
@@ -116,3 +124,74 @@ def interpolated(rows: int, width: int, table: Array, t: float, at: float) -> fl
     for k in reversed(range(1, width)):
         value = value * (t - table[low * width]) + table[low * width + k]
     return value
+
+
+class Dynamics(Protocol):
+    """The right-hand side with inputs held: it tells whether there are results."""
+
+    def rhs(self, t: float, y: Array, results: Array, /) -> bool: ...
+
+
+def runge_kutta(
+    n: int,
+    dynamics: Dynamics,
+    t: float,
+    h: float,
+    y: Array,
+    stage: Array,
+    slope: Array,
+    change: Array,
+) -> bool:
+    """Advance the n numbers of y from t by h with Runge and Kutta's method of order four.
+
+    Return whether there is a result; y stays without one. stage, slope and change are overwritten.
+    """
+    if not dynamics.rhs(t, y, slope):
+        return False
+    for i in range(n):
+        change[i] = slope[i] / 6.0
+        stage[i] = y[i] + h / 2.0 * slope[i]
+    if not dynamics.rhs(t + h / 2.0, stage, slope):
+        return False
+    for i in range(n):
+        change[i] += slope[i] / 3.0
+        stage[i] = y[i] + h / 2.0 * slope[i]
+    if not dynamics.rhs(t + h / 2.0, stage, slope):
+        return False
+    for i in range(n):
+        change[i] += slope[i] / 3.0
+        stage[i] = y[i] + h * slope[i]
+    if not dynamics.rhs(t + h, stage, slope):
+        return False
+    for i in range(n):
+        y[i] += h * (change[i] + slope[i] / 6.0)
+    return True
+
+
+def implicit_midpoint(
+    n: int, dynamics: Dynamics, t: float, h: float, y: Array, stage: Array, slope: Array
+) -> bool:
+    """Advance the n numbers of y from t by h with the implicit midpoint rule, by iteration.
+
+    Return whether there is a result; y stays without one, as where the iteration does not settle
+    because h is too long. stage and slope are overwritten.
+    """
+    for i in range(n):
+        stage[i] = y[i]
+    left = MOST_ITERATIONS
+    moving = True
+    while moving:
+        if left == 0:
+            return False
+        if not dynamics.rhs(t + h / 2.0, stage, slope):
+            return False
+        left -= 1
+        moving = False
+        for i in range(n):
+            moved = y[i] + h / 2.0 * slope[i]
+            if abs(moved - stage[i]) > SETTLED * (abs(y[i]) + abs(h * slope[i])):
+                moving = True
+            stage[i] = moved
+    for i in range(n):
+        y[i] += h * slope[i]
+    return True

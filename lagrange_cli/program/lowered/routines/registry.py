@@ -12,7 +12,12 @@ from lagrange_cli.program.lowered.routines.elimination import (
     solve_pivoted,
 )
 from lagrange_cli.program.lowered.routines.impacts import falling, reset_contacts
-from lagrange_cli.program.lowered.routines.motions import advance, interpolated
+from lagrange_cli.program.lowered.routines.motions import (
+    advance,
+    implicit_midpoint,
+    interpolated,
+    runge_kutta,
+)
 from lagrange_cli.program.lowered.routines.projection import (
     is_near,
     lead_positions,
@@ -21,7 +26,7 @@ from lagrange_cli.program.lowered.routines.projection import (
 from lagrange_cli.program.lowered.routines.saddle import solve_saddle
 
 #: Name → routine; solvers return whether there is a solution. Those of projections,
-#: contacts and recordings follow.
+#: contacts, recordings and fixed steps follow.
 ROUTINES: Mapping[str, Callable[..., Any]] = {
     "banded": solve_banded,
     "columns": solve_columns,
@@ -36,4 +41,6 @@ ROUTINES: Mapping[str, Callable[..., Any]] = {
     "reset_contacts": reset_contacts,
     "advance": advance,
     "interpolated": interpolated,
+    "runge_kutta": runge_kutta,
+    "implicit_midpoint": implicit_midpoint,
 }
