@@ -44,6 +44,7 @@ JOINTS = {
 APART = {
     **JOINTS,
     "bicycle": SYSTEMS / "rolling" / "bicycle.yaml",
+    "kuka_iiwa": SYSTEMS / "robots" / "kuka_iiwa.yaml",
     **{p.stem: p for p in sorted((SYSTEMS / "actuators").glob("*.yaml"))},
     **{p.stem: p for p in sorted((SYSTEMS / "switching").glob("*.yaml"))},
     **{p.stem: p for p in sorted((SYSTEMS / "data").glob("*.yaml"))},
