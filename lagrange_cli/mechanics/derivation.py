@@ -69,7 +69,8 @@ def derive(
         The derivation failed its certificate.
     """
     require_size(scene)
-    require_particles_alone(scene, forces=forces, steps=steps is not None)
+    if steps is not None:
+        require_particles_alone(scene)
     with explained(scene):
         return _in_formulation(scene, _Wanted(digits, points, forces, steps), formulation)
 

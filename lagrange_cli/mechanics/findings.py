@@ -370,12 +370,16 @@ class Reaction:
         λ.
     sizes
         λ |∇φ| for each body whose Cartesian names φ holds.
+    role
+        Part of a joint's reaction that λ is, as in :meth:`~lagrange_cli.scene.joints.Joint.role`;
+        empty if the scene has the equations themselves.
     """
 
     name: str
     text: str
     multiplier: Expr
     sizes: tuple[tuple[str, Expr], ...]
+    role: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

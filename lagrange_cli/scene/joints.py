@@ -37,3 +37,23 @@ class Joint:
     parts: tuple[str, ...]
     radius: Expression | None = None
     positive: Expression | None = None
+
+    def role(self, number: int, text: str) -> tuple[str, ...]:
+        """Return what the multiplier of an equation is, by its number and its text.
+
+        ``force`` on one part along an axis, the opposite one on the other; ``torque`` between two;
+        ``normal`` force of a plane on a body, or ``friction``.
+        """
+        if self.kind in ("touch", "roll"):
+            return ("friction" if number else "normal", self.parts[0])
+        if self.kind == "parallel":
+            return ("torque", self.parts[1], self.parts[3])
+        axis, blank = text[:1], text[1:2]
+        return (
+            ("force", *self.parts, axis)
+            if blank in "_ " and axis in "xyz"
+            else (
+                "torque",
+                *self.parts,
+            )
+        )

@@ -146,3 +146,51 @@ def test_rods_on_wires_turn_slowly() -> None:
     analysis = derivation("rod_on_two_wires").analyze()
     found = sorted(mode.frequency for mode in analysis.modes)
     assert found == pytest.approx(sorted([math.sqrt(9.81 / 0.8)] * 2 + [math.sqrt(3 * 9.81 / 0.8)]))
+
+
+def reactions(name: str) -> dict[str, tuple[sp.Expr, tuple[str, ...]]]:
+    """Multipliers with what they are of a joint, in the letters of the scene."""
+    equations = load(JOINTS[name]).derive(forces=True, cache=open_cache()).equations
+    forces = equations.derivation.constraint_forces
+    assert forces is not None
+    letters = {s: sp.Symbol(c.name) for c in equations.system.coordinates for s in (c.q,)}
+    letters |= {c.v: sp.Symbol(f"d{c.name}") for c in equations.system.coordinates}
+    letters |= {c.a: sp.Symbol(f"a{c.name}") for c in equations.system.coordinates}
+    letters |= {p.symbol: sp.Symbol(p.name) for p in equations.system.parameters}
+    return {r.name: (r.multiplier.xreplace(letters), r.role) for r in forces.reactions}
+
+
+def test_the_string_of_a_yo_yo_pulls_less_than_its_weight() -> None:
+    m, g, r, moment = sp.symbols("m g r I")
+    found = reactions("yo_yo")
+    assert sp.simplify(found["string_2"][0] - m * g * moment / (moment + m * r**2)) == 0
+    assert found["string_1"] == (0, ("normal", "yo_yo"))
+    assert found["string_2"][1] == ("friction", "yo_yo")
+
+
+def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height() -> None:
+    """From the angle a the wall pushes with ¾ m g sin θ (3 cos θ − 2 cos a)."""
+    m, g, length, theta, rate, start = sp.symbols("m g l theta dtheta a")
+    (wall, _), (floor, _) = (reactions("sliding_ladder")[name] for name in ("wall", "floor"))
+    energy = {rate: sp.sqrt(3 * g / length * (sp.cos(start) - sp.cos(theta)))}
+    pushed = sp.Rational(3, 4) * m * g * sp.sin(theta) * (3 * sp.cos(theta) - 2 * sp.cos(start))
+    assert sp.simplify(wall.subs(energy) - pushed) == 0
+    carried = m * g - m * length / 2 * (
+        rate**2 * sp.cos(theta) + sp.Rational(3, 2) * g / length * sp.sin(theta) ** 2
+    )
+    assert sp.simplify(floor - carried) == 0
+
+
+def test_the_pin_of_a_slider_crank_pushes_the_block() -> None:
+    """The block alone: its mass times its acceleration is what the pin does against the rod."""
+    found = reactions("crank_and_slider")
+    assert found["loop_1"][1] == ("force", "end", "block", "x")
+    m, r, length = sp.symbols("b r l")
+    t = sp.Symbol("t")
+    phi, psi = (sp.Function(name)(t) for name in ("phi", "psi"))
+    moved = -m * sp.diff(r * sp.cos(phi) + length * sp.cos(psi), t, 2)
+    letters = [(sp.diff(phi, t, 2), "aphi"), (sp.diff(psi, t, 2), "apsi")]
+    letters += [(sp.diff(phi, t), "dphi"), (sp.diff(psi, t), "dpsi"), (phi, "phi"), (psi, "psi")]
+    for part, letter in letters:
+        moved = moved.subs(part, sp.Symbol(letter))
+    assert sp.simplify(found["loop_1"][0] - moved) == 0

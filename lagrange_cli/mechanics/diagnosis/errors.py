@@ -44,20 +44,20 @@ def require_size(scene: Scene) -> None:
             raise InputError(Problem(message, mark, hint, rule="limit"))
 
 
-def require_particles_alone(scene: Scene, *, forces: bool, steps: bool) -> None:
-    """Refuse what is not derived of rigid bodies, before anything is done with the scene."""
+def require_particles_alone(scene: Scene) -> None:
+    """Refuse steps of a derivation with rigid bodies, before anything is done with the scene."""
     bodies = bodies_of(scene)
-    if not bodies or not (forces or steps):
-        return
-    what = "the steps of a derivation" if steps else "constraint forces"
-    raise InputError(
-        Problem(
-            f"{what} are written for particles alone, and '{bodies[0].name}' is a rigid body",
-            bodies[0].mark,
-            hint="the equations of motion, their certificate and motions are had of bodies too",
-            rule="unsupported",
+    if bodies:
+        raise InputError(
+            Problem(
+                "the steps of a derivation are written for particles alone, and"
+                f" '{bodies[0].name}' is a rigid body",
+                bodies[0].mark,
+                hint="the equations of motion, their certificate, constraint forces and motions are"
+                " had of bodies too",
+                rule="unsupported",
+            )
         )
-    )
 
 
 def nesting_error(scene: Scene) -> InputError:

@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.convert import total_derivative
+from lagrange_cli.scene.bodies import bodies_of, rotation_term
 from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Term
 
@@ -209,14 +210,16 @@ class _Reader:
         #: Term that is written in coordinates → coordinates that it acts on.
         self.unattached: dict[str, set[sp.Symbol]] = {}
         self.inertial: set[sp.Symbol] = set()
+        self.rigid = {body.name for body in bodies_of(self.reduced.scene)}
 
     def applied_forces(self) -> AppliedForces:
         scene = self.reduced.scene
         for name, raw in self._converted(scene.potentials):
             moving = not raw.free_symbols.isdisjoint(self.rates.values())
             self._add_energy(name, -raw, self.dynamic if moving else self.positional)
+        turning = {rotation_term(body.name) for body in bodies_of(scene)}
         for name, raw in self._converted(scene.kinetic):
-            self._add_energy(name, raw, self.dynamic)
+            self._add_energy(None if name in turning else name, raw, self.dynamic)
             self.inertial |= {c.q for c in self.own if not raw.free_symbols.isdisjoint((c.q, c.v))}
         for name, raw in self._converted(scene.dissipation):
             for s, rate in self.rates.items():
@@ -230,8 +233,8 @@ class _Reader:
         """Give the forces of unattached terms to the particle that they act on, if it is alone."""
         among = [c.q for c in self.own if c.q in group.coordinates]
         loads = {q: load for q in among if (load := applied.along(q)) != 0}
-        if not loads:
-            return applied
+        if not loads or not self.rigid.isdisjoint(group.bodies):
+            return applied  # forces on the centres of bodies are theirs, whatever turns them
         along = None
         if self.inertial.isdisjoint(group.coordinates):
             along = _in_directions(self.reduced, group, loads)
@@ -269,7 +272,9 @@ class _Reader:
     def _rate(self, expr: sp.Expr) -> sp.Expr:
         return total_derivative(expr, self.reduced.names.t, list(self.rates.items()))
 
-    def _add_energy(self, name: str, term: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]) -> None:
+    def _add_energy(
+        self, name: str | None, term: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]
+    ) -> None:
         """d/dt ∂L/∂ṡ − ∂L/∂s of a term of L."""
         for s, rate in self.rates.items():
             self._add(name, s, -derivative(term, s), into)
@@ -282,17 +287,26 @@ class _Reader:
         bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
         coordinates = {c.name: c.q for c in self.reduced.coordinates}
         for force in self.derivation.forces:
+            if force.is_torque:  # it does work where the body turns, and is no force on its centre
+                for c, work in zip(self.reduced.coordinates, force.generalized, strict=True):
+                    self._add(None, c.q, -work, self.dynamic)
+                continue
             symbols = bodies[force.on] if len(force.components) == 3 else (coordinates[force.on],)
             for s, component in zip(symbols, force.components, strict=True):
                 self._add(force.name, s, -component, self.dynamic)
 
     def _add(
-        self, name: str, symbol: sp.Symbol, load: sp.Expr, into: dict[sp.Symbol, list[sp.Expr]]
+        self,
+        name: str | None,
+        symbol: sp.Symbol,
+        load: sp.Expr,
+        into: dict[sp.Symbol, list[sp.Expr]],
     ) -> None:
+        """Add a load along a symbol; without a name it is of the turning of bodies."""
         if load == 0:
             return
         into.setdefault(symbol, []).append(self._resolved(load))
-        if any(symbol == c.q for c in self.own):
+        if name is not None and any(symbol == c.q for c in self.own):
             self.unattached.setdefault(name, set()).add(symbol)
 
     def _resolved(self, expr: sp.Expr) -> sp.Expr:

@@ -174,7 +174,7 @@ def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
     }
     taken = {closure.name for closure in closure_of.values()}
     stated = []
-    for name, several, equation, slopes in _written(derivation):
+    for name, several, equation, slopes, role in _written(derivation):
         closure = closure_of.get((equation.mark(), equation.text))
         if closure is not None:
             name = closure.name
@@ -182,7 +182,7 @@ def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
             name = _numbered(name, taken)
             taken.add(name)
         known = None if closure is None else closure.multiplier
-        stated.append(ConstraintEquation(name, equation.text, slopes, known))
+        stated.append(ConstraintEquation(name, equation.text, slopes, known, role))
     for one_sided, contact in zip(reduced.scene.unilateral, derivation.contacts, strict=True):
         gap = gap_over_names(reduced.names, one_sided)
         slopes = {s: derivative(gap, s) for s in gap.free_symbols}
@@ -193,13 +193,13 @@ def _stated(derivation: Uncertified) -> list[ConstraintEquation]:
 
 def _written(
     derivation: Uncertified,
-) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr]]]:
-    """Yield constraint, True if it has several equations, one of these and its slopes."""
+) -> Iterator[tuple[str, bool, Written, dict[sp.Symbol, sp.Expr], tuple[str, ...]]]:
+    """Yield constraint, True if it has several equations, one of these, its slopes and its role."""
     reduced = derivation.reduced
     positional = {id(s.equation): s for s in reduced.chart.geometry.elimination.stated}
     closure_places = {(r.mark, r.text) for r in reduced.closures}
     for constraint in reduced.scene.constraints:
-        for equation in constraint.equations:
+        for number, equation in enumerate(constraint.equations):
             stated = positional.get(id(equation))
             if stated is not None:
                 slopes = {s: derivative(stated.phi, s) for s in stated.phi.free_symbols}
@@ -207,7 +207,9 @@ def _written(
                 slopes = velocity_slopes(derivation, equation)
             else:
                 continue
-            yield constraint.name, len(constraint.equations) > 1, equation, slopes
+            joint = constraint.joint
+            role = () if joint is None else joint.role(number, equation.text)
+            yield constraint.name, len(constraint.equations) > 1, equation, slopes, role
 
 
 def _numbered(name: str, taken: set[str]) -> str:
@@ -233,7 +235,7 @@ def _reactions(
     solved = multipliers(stated, exact, unique, point, to_mpf(check.scales[0]))
     check.rows([r for r in exact if r.gradient.keys() <= solved.keys()], solved)
     reactions = [
-        Reaction(e.name, e.text, solved[k], tuple(_sizes(hoped, k, solved[k])))
+        Reaction(e.name, e.text, solved[k], tuple(_sizes(hoped, k, solved[k])), e.role)
         for k, e in enumerate(stated)
         if k in solved
     ]

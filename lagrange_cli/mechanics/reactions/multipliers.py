@@ -40,12 +40,15 @@ class ConstraintEquation:
         Raw symbol or coordinate → ∂φ/∂s, or ∂ψ/∂ṡ of velocities, over raw symbols.
     known
         Symbol of its multiplier where it is a closure equation.
+    role
+        What its multiplier is of a joint.
     """
 
     name: str
     text: str
     slopes: Mapping[sp.Symbol, sp.Expr]
     known: sp.Expr | None = None
+    role: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

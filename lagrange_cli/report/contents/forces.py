@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.report.contents.joints import reaction_of_joint
 from lagrange_cli.report.contents.sentences import names
-from lagrange_cli.report.inlines import Written, say
+from lagrange_cli.report.inlines import Plain, Written, say
 
 if TYPE_CHECKING:
     from sympy import Expr
@@ -89,9 +90,20 @@ def are_none(forces: ConstraintForces) -> bool:
     return not (forces.open or forces.shared or any(values))
 
 
+def _roles(forces: ConstraintForces) -> Iterator[Written]:
+    """Say of each multiplier of a joint what it is."""
+    for reaction in forces.reactions:
+        if reaction.role:
+            yield say(
+                "multiplier of {name}: {value}",
+                name=Plain(reaction.name),
+                value=reaction_of_joint(reaction.role),
+            )
+
+
 def force_notes(forces: ConstraintForces) -> list[Written]:
     """Return notes on the formulas of forces."""
-    notes: list[Written] = []
+    notes: list[Written] = list(_roles(forces))
     if forces.form == "accelerations":
         notes.append(say("the accelerations are those of the equations of motion"))
     if forces.form == "multipliers":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.report.inlines import Count, Listed, Plain, Written, say
+from lagrange_cli.report.inlines import Count, Inline, Listed, Plain, Written, say, symbol
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.findings import ConstraintLine
@@ -49,6 +49,28 @@ def joint_statement(joint: Sequence[str]) -> Written:
     if kind == "touch":
         return say("{body} touches the plane {plane}", body=first, plane=plane)
     return say("{body} rolls without slip on the plane {plane}", body=first, plane=plane)
+
+
+def reaction_of_joint(role: Sequence[str]) -> Written:
+    """Say what the multiplier of one of a joint's equations is."""
+    kind, first, *further = role
+    body = Plain(first)
+    if kind == "normal":
+        return say("force of the plane on {body} along its normal", body=body)
+    if kind == "friction":
+        return say("friction on {body} along the plane", body=body)
+    if kind == "torque":
+        ends = [Plain(part) for part in (first, *further) if part]
+        if len(ends) == 1:
+            return say("torque on {body}", body=ends[0])
+        return say("torque between {first} and {second}", first=ends[0], second=ends[1])
+    second, axis = further
+    return say(
+        "force on {first} along {axis}, the opposite one on {second}",
+        first=body,
+        axis=Inline(symbol(axis)),
+        second=Plain(second),
+    )
 
 
 def _direction_of(direction: Plain, frame: Plain) -> Written:
