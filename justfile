@@ -41,6 +41,10 @@ layers:
 gallery:
     {{bin}}/lagrange check -j 2 systems
 
+# The site with the pages of docs/ and of all scenes, or of those named, into out/site.
+site *options:
+    {{python}} docs/site/build.py out/site {{options}}
+
 # Write the expected outputs and messages anew.
 goldens:
     {{python}} -m pytest tests/goldens tests/errors tests/report/test_formats.py --update-goldens

@@ -1,0 +1,36 @@
+"""The site: a slice of it is built, and every link on it leads somewhere."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.mark.slow
+def test_a_slice_of_the_site_is_built(tmp_path: Path) -> None:
+    if importlib.util.find_spec("material") is None:
+        pytest.skip("mkdocs-material is not installed (pip install '.[site]')")
+    command = [sys.executable, str(ROOT / "docs/site/build.py"), str(tmp_path)]
+    done = subprocess.run(
+        [*command, "lever", "low_pass_filter"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    front = (tmp_path / "index.html").read_text(encoding="utf-8")
+    page = (tmp_path / "scenes/lever.html").read_text(encoding="utf-8")
+    assert 'href="scenes/lever.html"' in front
+    assert 'src="scenes/lever.film.svg"' in front
+    assert "<math" in page
+    for name in ("lever.motion.html", "lever.c", "lever.py", "lever.mjs", "lever.rs"):
+        assert f'href="{name}"' in page
+        assert (tmp_path / "scenes" / name).exists()
+    lecture = (tmp_path / "lecture.html").read_text(encoding="utf-8")
+    assert 'href="scenes/lever.html"' in lecture
+    for link in re.findall(r'href="([^"#:]+)"', front + page):
+        assert any((tmp_path / folder / link).exists() for folder in (".", "scenes")), link
