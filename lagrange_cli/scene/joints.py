@@ -31,12 +31,15 @@ class Joint:
         An expression that is above zero where the joint is as it is meant, beside other solutions
         of its equations: the cosine of the turn that is left of a weld, the height of a disk's
         centre over the point that touches. None if there are no others.
+    constants
+        The radius, and what directions and planes are given by, which do not move in their frames.
     """
 
     kind: JointKind
     parts: tuple[str, ...]
     radius: Expression | None = None
     positive: Expression | None = None
+    constants: tuple[Expression, ...] = ()
 
     def role(self, number: int, text: str) -> tuple[str, ...]:
         """Return what the multiplier of an equation is, by its number and its text.

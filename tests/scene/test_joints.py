@@ -82,6 +82,21 @@ REFUSALS = {
         "expected a point [x, y, z]",
     ),
     "a radius that moves": ("{touch: one, radius: x, on: table}", 43, "is not constant"),
+    "a plane that moves by itself": (
+        "{roll: one, radius: 1, on: {normal: [0, sin(t), cos(t)]}}",
+        66,
+        "'t' in constraint 'joint' is not constant",
+    ),
+    "a plane through a point that moves": (
+        "{roll: one, radius: 1, on: {point: p, normal: z}}",
+        57,
+        "'x_p' in constraint 'joint' is not constant",
+    ),
+    "a direction that moves": (
+        "{parallel: [[[a, 0, 1], one], z]}",
+        36,
+        "'a' in constraint 'joint' is not constant",
+    ),
     "an unknown helper": ("{glue: [p, far]}", 23, "unknown helper 'glue'"),
 }
 

@@ -144,9 +144,9 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
         for equation in constraint.equations:
             what = f"constraint '{constraint.name}'"
             yield from _sides(equation, what, _CONSTRAINT)
-        if constraint.joint is not None and constraint.joint.radius is not None:
-            what = f"the radius in constraint '{constraint.name}'"
-            yield Use(constraint.joint.radius, what, Restrictions(names="constants"))
+        for constant in () if constraint.joint is None else constraint.joint.constants:
+            what = f"constraint '{constraint.name}'"
+            yield Use(constant, what, Restrictions(names="constants"))
     for one_sided in scene.unilateral:
         what = f"constraint '{one_sided.name}'"
         yield from _sides(one_sided.inequality, what, _ONE_SIDED)

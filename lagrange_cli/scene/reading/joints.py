@@ -9,11 +9,11 @@ so on; among the turns that leave these right the one that is none has the large
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from lagrange_cli.scene.bodies import ComposedExpression
+from lagrange_cli.scene.bodies import ComposedExpression, Vector
 from lagrange_cli.scene.joints import Joint
-from lagrange_cli.scene.language.expression import Equation, Node
+from lagrange_cli.scene.language.expression import Equation, Expression, Node
 from lagrange_cli.scene.language.rotations import (
     ONE,
     ZERO,
@@ -52,12 +52,15 @@ class Direction:
         The frame; space has no turns.
     text, frame_name
         How it is written, and the name of the frame, empty for space.
+    written
+        The components as expressions, none of an axis.
     """
 
     components: tuple[Node, ...]
     frame: Placed
     text: str
     frame_name: str = ""
+    written: tuple[Expression, ...] = ()
 
 
 def pin(node: Mapping, what: str, reading: Reading) -> Written | None:
@@ -113,7 +116,8 @@ def parallel(node: Mapping, what: str, reading: Reading) -> Written | None:
         for k, side in enumerate(sides, 1)
     )
     parts = (first.text, first.frame_name, second.text, second.frame_name)
-    return Written(equations, Joint("parallel", parts))
+    joint = Joint("parallel", parts, constants=(*first.written, *second.written))
+    return Written(equations, joint)
 
 
 def _direction(node: SourceNode, what: str, reading: Reading) -> Direction | None:
@@ -125,12 +129,13 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> Direction | Non
     frame = frame_named(items[1], what, reading)
     if direction is None or frame is None:
         return None
-    return Direction(direction.components, frame[1], direction.text, frame[0])
+    return replace(direction, frame=frame[1], frame_name=frame[0])
 
 
 def read_direction(node: SourceNode, key: str, what: str, reading: Reading) -> Direction | None:
     """Read ``x``, ``y`` or ``z``, or three components that are not all zero."""
     across = across_plane(reading)
+    vector: Vector | None = None
     if isinstance(node, Scalar) and node.text in AXES:
         units: tuple[Node, ...] = tuple(ONE if node.text == axis else ZERO for axis in AXES)
         text = node.text
@@ -154,7 +159,7 @@ def read_direction(node: SourceNode, key: str, what: str, reading: Reading) -> D
             rule="plane",
         )
         return None
-    return Direction(units, SPACE, text)
+    return Direction(units, SPACE, text, written=vector or ())
 
 
 def _in_plane(first: Direction, second: Direction, across: int) -> Node:

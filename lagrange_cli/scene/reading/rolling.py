@@ -37,7 +37,7 @@ from lagrange_cli.scene.reading.frames import frame_named, placed_against
 from lagrange_cli.scene.reading.helpers import NOTATION, Written, is_unit
 from lagrange_cli.scene.reading.inertia import number_of
 from lagrange_cli.scene.reading.interactions import flat, helper_part, known_body, place_of
-from lagrange_cli.scene.reading.joints import joint_equation, read_direction
+from lagrange_cli.scene.reading.joints import Direction, joint_equation, read_direction
 from lagrange_cli.scene.reading.source import Mapping, Scalar, SourceNode
 from lagrange_cli.scene.reading.source import Sequence as Items
 from lagrange_cli.scene.reading.turns import across_plane, vector_of
@@ -59,6 +59,8 @@ class _Plane:
         The frame that it moves with; space if it is at rest in the axes of these vectors.
     parts
         Texts of the point and of the normal, and the name of the frame.
+    written
+        Expressions that it is given by.
     """
 
     point: Nodes
@@ -66,6 +68,7 @@ class _Plane:
     tangents: Sequence[Nodes]
     frame: Placed
     parts: tuple[str, ...]
+    written: tuple[Expression, ...] = ()
 
     @property
     def in_space(self) -> _Plane:
@@ -97,6 +100,8 @@ class _Contact:
         Unit vector from the point of contact to the centre.
     height
         Component of that along the normal.
+    written
+        The radius, and expressions that the axis and the plane are given by.
     """
 
     body: Placed
@@ -105,6 +110,7 @@ class _Contact:
     radius: Expression
     up: Nodes
     height: Node
+    written: tuple[Expression, ...]
 
 
 def touch(node: Mapping, what: str, reading: Reading) -> Written | None:
@@ -136,7 +142,7 @@ def _written(
         text = f"height of the centre of {contact.name}"
         positive = ComposedExpression(height, text, place_of(node), exact=False)
     parts = (contact.name, *contact.plane.parts)
-    return Written(equations, Joint(kind, parts, contact.radius, positive))
+    return Written(equations, Joint(kind, parts, contact.radius, positive, contact.written))
 
 
 def _is_root(node: Node) -> bool:
@@ -167,7 +173,9 @@ def _contact(key: str, node: Mapping, what: str, reading: Reading) -> _Contact |
         placed, plane = against, plane.at_rest
     elif plane.parts[-1]:
         plane = plane.in_space
-    return _Contact(placed, name, plane, radius, *_up(placed, axis, plane.normal))
+    up = _up(placed, _unit_vector(axis.components), plane.normal)
+    written = (radius, *axis.written, *plane.written)
+    return _Contact(placed, name, plane, radius, *up, written)
 
 
 def _is_positive(radius: Expression, what: str, reading: Reading) -> bool:
@@ -182,19 +190,17 @@ def _is_positive(radius: Expression, what: str, reading: Reading) -> bool:
     return False
 
 
-def _axis(node: SourceNode | None, what: str, reading: Reading) -> Nodes | None:
-    """Read the axis of a disk in the axes of its body; no components are those of a sphere."""
+def _axis(node: SourceNode | None, what: str, reading: Reading) -> Direction | None:
+    """Read the axis of a disk in the axes of its body; that of a sphere has no components."""
     across = across_plane(reading)
-    if node is None:
-        return ()
-    if across is not None and isinstance(node, Scalar) and node.text == AXES[across]:
-        return ()
-    direction = read_direction(node, "axis", what, reading)
-    return None if direction is None else _unit_vector(direction.components)
+    is_across = across is not None and isinstance(node, Scalar) and node.text == AXES[across]
+    if node is None or is_across:
+        return Direction((), SPACE, "")
+    return read_direction(node, "axis", what, reading)
 
 
 def _unit_vector(components: Nodes) -> tuple[Node, ...]:
-    if is_unit(list(components)):
+    if not components or is_unit(list(components)):
         return tuple(components)
     length = called("sqrt", total([square(part) for part in components]))
     return tuple(quotient(part, length) for part in components)
@@ -277,7 +283,8 @@ def _plane(node: SourceNode, what: str, reading: Reading) -> _Plane | None:
         if named_frame is None or not _stands_across(node, what, reading):
             return None
         name, frame = named_frame
-        return _fixed_plane(NO_VECTOR, (ZERO, ZERO, ONE), frame, ("", "z", name), reading)
+        upward = Direction((ZERO, ZERO, ONE), frame, "z", name)
+        return _fixed_plane("", (), upward, reading)
     label = f"'on' of {what}"
     mapping = reading.mapping(node, label, "a plane {point, normal}, or a frame")
     if mapping is None:
@@ -290,8 +297,8 @@ def _plane(node: SourceNode, what: str, reading: Reading) -> _Plane | None:
     point = _point(fields.get("point"), what, reading, "on" in fields)
     if on is None or normal is None or point is None:
         return None
-    unit = _unit_vector(normal.components)
-    return _fixed_plane(point[1], unit, on[1], (point[0], normal.text, on[0]), reading)
+    fixed = replace(normal, frame=on[1], frame_name=on[0])
+    return _fixed_plane(*point, fixed, reading)
 
 
 def _stands_across(node: Scalar, what: str, reading: Reading) -> bool:
@@ -309,27 +316,38 @@ def _stands_across(node: Scalar, what: str, reading: Reading) -> bool:
 
 def _point(
     node: SourceNode | None, what: str, reading: Reading, in_frame: bool
-) -> tuple[str, tuple[Node, ...]] | None:
+) -> tuple[str, tuple[Expression, ...]] | None:
     """Read a point by its name, or by its coordinates; the origin if there is none."""
     if node is None:
-        return "", NO_VECTOR
+        return "", ()
     if isinstance(node, Items):
         vector = vector_of(node, "point", what, reading)
         if vector is None:
             return None
-        return f"({', '.join(map(flat, vector))})", tuple(part.node for part in vector)
+        return f"({', '.join(map(flat, vector))})", vector
     if not isinstance(node, Scalar) or in_frame:
         reading.expected("a point [x, y, z]", f"'point' of {what}", node)
         return None
     name = known_body(node, what, "point", reading)
-    return None if name is None else (name, tuple(named(component(a, name)) for a in AXES))
+    if name is None:
+        return None
+    names = [component(axis, name) for axis in AXES]
+    return name, tuple(Expression(named(n), n, node.mark, exact=False) for n in names)
 
 
 def _fixed_plane(
-    point: Nodes, normal: Nodes, frame: Placed, parts: tuple[str, ...], reading: Reading
+    text: str, point: tuple[Expression, ...], normal: Direction, reading: Reading
 ) -> _Plane:
     """Return a plane in the axes of its frame."""
-    return _Plane(point, normal, _tangents(normal, across_plane(reading)), frame, parts)
+    unit = _unit_vector(normal.components)
+    return _Plane(
+        [part.node for part in point] or NO_VECTOR,
+        unit,
+        _tangents(unit, across_plane(reading)),
+        normal.frame,
+        (text, normal.text, normal.frame_name),
+        (*point, *normal.written),
+    )
 
 
 def _tangents(normal: Nodes, across: int | None) -> list[tuple[Node, ...]]:
