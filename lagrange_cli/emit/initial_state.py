@@ -59,8 +59,13 @@ def steps_per_row(equations: Equations) -> int:
     return max(1, round(min((until - defaults.start) / ROWS / defaults.step, _MOST_STEPS)))
 
 
-def require_coordinates(equations: Equations) -> None:
-    """Refuse a program that would integrate the motion where nothing can move."""
+def require_a_program(equations: Equations) -> None:
+    """Refuse a program that would integrate the motion where nothing can move, or where controllers
+    sample it, which the program would not."""
+    if equations.system.controllers:
+        problem = "the program of --main does not sample the motion: its inputs would stay 0"
+        hint = "leave out --main, and set the inputs where the functions are called"
+        raise InputError(Problem(problem, hint=hint, rule="controllers"))
     if not equations.system.coordinates:
         problem = f"nothing can move: '{equations.presentation.name}' has no degrees of freedom"
         hint = "leave out --main, which would integrate the motion"

@@ -60,6 +60,20 @@ def described_input(equations: Equations, number: int) -> str:
     return f"{source.name}: {source.recording.described}"
 
 
+def input_lines(equations: Equations) -> list[str]:
+    """Return a line for each input, with where it is recorded, or that a controller holds it."""
+    held_names = {name for c in equations.system.controllers for name, _ in c.held_inputs}
+    lines = []
+    for number, source in enumerate(equations.system.inputs):
+        if source.recording is not None:
+            lines.append(described_input(equations, number))
+        elif source.name in held_names:
+            lines.append(f"{source.name}: held by a controller of the scene; 0 until you set it")
+        else:
+            lines.append(source.name)
+    return lines
+
+
 def programs_of_momenta(equations: Equations) -> dict[str, Program]:
     """Programs of :mod:`lagrange_cli.program.emitted_functions`.
 

@@ -57,8 +57,12 @@ def require_shown(equations: Equations) -> None:
     Raises
     ------
     InputError
-        The scene has no start.
+        The scene has no start, or controllers sample its motion.
     """
+    if equations.system.controllers:
+        message = "a page moves without samples, and a controller samples this motion"
+        hint = "simulate --animate FILE.svg films it"
+        raise InputError(Problem(message, hint=hint, rule="page"))
     if equations.system.initial is None:
         hint = "give the initial state in 'initial', and a value for every parameter"
         message = "a page shows a motion, and no start is known"

@@ -15,13 +15,13 @@ from lagrange_cli.emit.c.further import (
 from lagrange_cli.emit.c.target import CTarget, wrapped
 from lagrange_cli.emit.initial_state import rates_note
 from lagrange_cli.emit.naming import comment_text, described, domain_note
+from lagrange_cli.emit.shared_code import input_lines
 from lagrange_cli.emit.template_files import c_template
 from lagrange_cli.program.emitted_functions import optional_outputs
 from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Input
     from lagrange_cli.program.solvers.jacobians import Jacobian
 
 _INPUTS = """
@@ -165,7 +165,7 @@ def _comment(equations: Equations, target: CTarget) -> list[str]:
     lines += domain_note(equations)
     positions = _listed("Positions", "out", [c.name for c in equations.system.cartesian_names])
     lines += positions or ["", "Positions: none, the scene names no Cartesian component."]
-    lines += _listed("Inputs", "u", list(map(_input_text, equations.system.inputs)))
+    lines += _listed("Inputs", "u", input_lines(equations))
     lines += _listed("Outputs", "out", [name for name, _ in equations.system.outputs])
     lines += _closures(equations)
     lines += _contacts(equations, target.prefix)
@@ -177,11 +177,6 @@ def _pieces(line: str) -> list[str]:
     """Return a line of the comment, over several ones where it is longer than 100 columns."""
     indented = " " * 4 if line.startswith(" ") else ""
     return wrap(line, 97, subsequent_indent=indented, break_long_words=False) or [""]
-
-
-def _input_text(entry: Input) -> str:
-    """Return an input, and where its values are recorded if they are."""
-    return entry.name if entry.recording is None else f"{entry.name}: {entry.recording.described}"
 
 
 def _statement(equations: Equations) -> list[str]:

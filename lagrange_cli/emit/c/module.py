@@ -35,7 +35,7 @@ from lagrange_cli.emit.c.solvers import (
 )
 from lagrange_cli.emit.c.steps import require_steps, step_declarations, step_text
 from lagrange_cli.emit.c.target import CTarget, real_type
-from lagrange_cli.emit.initial_state import require_coordinates
+from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.emit.shared_code import programs_of_momenta
 from lagrange_cli.program.emitted_functions import (
@@ -90,7 +90,7 @@ def emit_c(
         nothing can move.
     """
     if options["main"]:
-        require_coordinates(equations)
+        require_a_program(equations)
     steps = require_steps(equations, options)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)

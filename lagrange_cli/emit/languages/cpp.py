@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.initial_state import require_coordinates
+from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.languages.cpp_program import (
     contacts_text,
     main_text,
@@ -249,7 +249,7 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
         for where nothing can move.
     """
     if options["main"]:
-        require_coordinates(equations)
+        require_a_program(equations)
     interface = interface_of(equations, Cpp.reserved, jacobian=bool(options["jacobian"]))
     language = Cpp(interface)
     functions = module_functions(language)

@@ -13,7 +13,7 @@ from math import prod
 from textwrap import indent
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.initial_state import require_coordinates
+from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.languages.fortran_procedures import (
     contacts_text,
     integrate_text,
@@ -436,7 +436,7 @@ def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dic
         for where nothing can move.
     """
     if options["main"]:
-        require_coordinates(equations)
+        require_a_program(equations)
     interface = interface_of(
         equations,
         Fortran.reserved,

@@ -30,6 +30,7 @@ from lagrange_cli.emit.routines.signatures import routines_called
 from lagrange_cli.emit.shared_code import (
     RECORDED_ROUNDING,
     described_input,
+    input_lines,
     polynomial_rows,
     recorded_inputs,
 )
@@ -286,12 +287,7 @@ def _heading(equations: Equations) -> Iterator[str]:
     yield from _listed("Coordinates", [described(c) for c in system.coordinates])
     yield from _listed("States", [described(s) for s in system.states])
     yield from _listed("Parameters", [described(p) for p in system.parameters])
-    recorded = {u.name: u.recording for u in system.inputs if u.recording is not None}
-    inputs = [
-        f"{u.name}: {recorded[u.name].described}" if u.name in recorded else u.name
-        for u in system.inputs
-    ]
-    yield from _listed("Inputs", list(map(comment_text, inputs)))
+    yield from _listed("Inputs", list(map(comment_text, input_lines(equations))))
     yield from _listed("Outputs", [comment_text(name) for name, _ in system.outputs])
     yield from _listed("Positions", [comment_text(c.name) for c in system.cartesian_names])
     yield from _listed("Closures", [comment_text(f"{c.name}: {c.text}") for c in system.closures])

@@ -11,7 +11,7 @@ from itertools import pairwise
 from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
-from lagrange_cli.emit.initial_state import require_coordinates
+from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
@@ -243,7 +243,7 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
         for where nothing can move.
     """
     if options["main"]:
-        require_coordinates(equations)
+        require_a_program(equations)
     interface = interface_of(equations, Rust.reserved, jacobian=bool(options["jacobian"]))
     language = Rust(interface)
     functions = module_functions(language)

@@ -78,6 +78,9 @@ def docstring(equations: Equations, style: str) -> str:
     driven = ""
     if system.inputs:
         driven = f" u is {_DRIVEN[style in ('jax', 'casadi')]}, by default those of the scene."
+    held_names = [name for c in system.controllers for name, _ in c.held_inputs]
+    if held_names:
+        driven += f" A controller of the scene holds {', '.join(held_names)}: 0 by default here."
     note, *example = _NOTES[style]
     note = note.replace("@SIZE@", "2n + k" if system.states else "2n")
     paragraphs.append(f"{_statement(equations, style)}{driven} {note}")
