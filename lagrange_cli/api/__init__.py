@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     )
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.report.values.reports import REPORTS, report_schema, report_values
+    from lagrange_cli.scene import laid_out
     from lagrange_cli.scene.conditions import Formulation
     from lagrange_cli.scene.schema import scene_schema
     from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
@@ -70,6 +71,7 @@ __all__ = [
     "cluster_at",
     "files_of",
     "imported_scene",
+    "laid_out",
     "load",
     "loads",
     "methods",
@@ -98,6 +100,7 @@ _OFFERED = {
     "mechanics.step_values": ("Way",),
     "pages.server": ("PageServer", "message_page"),
     "report.values.reports": ("REPORTS", "report_schema", "report_values"),
+    "scene": ("laid_out",),
     "scene.conditions": ("Formulation",),
     "scene.schema": ("scene_schema",),
     "simulate.checkpoint.checkpoint": ("Checkpoint",),

@@ -34,6 +34,7 @@ COMMANDS = {
     "stress": "Results at extremes, which hold, degrade or are refused.",
     "fit": "Parameters and starts that fit measurements.",
     "check": "Scenes and folders, compared with what they expect.",
+    "fmt": "The usual layout of scenes, comments kept.",
     "new": "A commented scene to begin with.",
     "import": "A scene from the description of a robot: URDF, MJCF.",
     "schema": "JSON Schema of scenes, for editors.",

@@ -362,6 +362,14 @@ report_path = file(
     callback=writable_as(*ENDINGS.values()),
 )
 
+#: ``--exclude GLOB``, of commands on folders.
+excluded = click.option(
+    "--exclude",
+    multiple=True,
+    metavar="GLOB",
+    help="None whose path, or a name in it, matches; repeatable.",
+)
+
 #: ``--traceback``.
 traceback = _session_flag(
     "--traceback", "traceback", True, "Show the program's traceback with an error."

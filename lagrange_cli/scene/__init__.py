@@ -12,12 +12,14 @@ if TYPE_CHECKING:
     from lagrange_cli.scene.checks.table import declares
     from lagrange_cli.scene.language.families import read_equation as parse_equation
     from lagrange_cli.scene.language.families import read_expression as parse_expression
+    from lagrange_cli.scene.layout import laid_out
     from lagrange_cli.scene.reader import SceneText, expected_error, read_file, read_text
 
 __all__ = [
     "SceneText",
     "declares",
     "expected_error",
+    "laid_out",
     "parse_equation",
     "parse_expression",
     "read_file",
@@ -28,6 +30,7 @@ _HOMES = {
     "SceneText": "reader.SceneText",
     "declares": "checks.table.declares",
     "expected_error": "reader.expected_error",
+    "laid_out": "layout.laid_out",
     "parse_equation": "language.families.read_equation",
     "parse_expression": "language.families.read_expression",
     "read_file": "reader.read_file",

@@ -135,12 +135,7 @@ class _Reporting:
 )
 @heading("Scenes")
 @click.option("-k", "--keyword", default="", metavar="TEXT", help="Those whose path holds TEXT.")
-@click.option(
-    "--exclude",
-    multiple=True,
-    metavar="GLOB",
-    help="None whose path, or a name in it, matches; repeatable.",
-)
+@options.excluded
 @click.option(
     "--changed-since",
     metavar="REV",
