@@ -31,6 +31,7 @@ JOINTS = {
         "benchmark_bicycle",
         "bricards_linkage",
         "crank_and_slider",
+        "flyball_governor",
         "leaning_disk",
         "marble_on_turntable",
         "rod_on_two_wires",
