@@ -200,7 +200,8 @@ class _Controllers:
             if state is not None:
                 memory.append(SampledValue(state.name, state.mark, state.rate))
                 self.memory.append(replace(state, rate=_zero(state.mark)))
-        if not (fields.keys() & {"hold", "memory"}):
+        setting = [fields[key] for key in ("hold", "memory") if key in fields]
+        if not any(not isinstance(value, Mapping) or value.entries for value in setting):
             reading.problems.add(f"{what} has no 'hold'", mapping.mark, rule="missing")
         if every is not None:
             declared = DeclaredController(name, mapping.mark, every, tuple(inputs), tuple(memory))
