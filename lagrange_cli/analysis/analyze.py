@@ -17,7 +17,13 @@ from mpmath import mpf
 from lagrange_cli.analysis.branches.find import find_branches
 from lagrange_cli.analysis.contacts.loss import contact_losses
 from lagrange_cli.analysis.equilibria.closed_forms import ClosedForms, closed_forms
-from lagrange_cli.analysis.equilibria.configuration import Configuration, configuration_at, nearest
+from lagrange_cli.analysis.equilibria.configuration import (
+    Configuration,
+    configuration_at,
+    nearest,
+    require_switch_values,
+    without_switching,
+)
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, kinks_at, rest_system
 from lagrange_cli.analysis.equilibria.search import SearchResult, search, with_exact
@@ -98,6 +104,7 @@ def analyze(
     wanted = [part for part in PARTS if part in parts or everything]
     turning = turning_names(equations) if steady else ()
     configuration = configuration_at(with_state_coordinates(equations), at or {}, turning)
+    require_switch_values(equations, configuration)
     result = Analysis(equations)
     if branches is not None:
         if configuration.coordinates and not wanted:
@@ -168,10 +175,15 @@ def _of_rest(
         problem = _rest_problem(result.equations, configuration, steady=steady)
         announce(f"looking for {'steady motions' if steady else 'equilibria'}")
         equilibria = find_equilibria(problem)
+        equilibria, changing = without_switching(result.equations, problem.sought, equilibria)
+        if changing and not equilibria.points:
+            raise InputError(Problem(changing[0], rule="analysis-none"))
     except InputError as error:
         if strict or steady:
             raise
         return replace(result, left_out=(*result.left_out, *_left_out(wanted, error)))
+    no_rest = tuple(LeftOut("equilibria", reason) for reason in changing)
+    result = replace(result, left_out=(*result.left_out, *no_rest))
     if problem.steady is not None:
         result = replace(result, steady=problem.steady.form)
     if "equilibria" in wanted:

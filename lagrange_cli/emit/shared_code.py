@@ -74,6 +74,25 @@ def input_lines(equations: Equations) -> list[str]:
     return lines
 
 
+def require_no_switches(equations: Equations, run: str) -> None:
+    """Refuse states with two values where emitted code has a run that would not change them.
+
+    Raises
+    ------
+    InputError
+        There are some; ``run`` is what would miss them.
+    """
+    for state in equations.system.switches:
+        raise InputError(
+            Problem(
+                f"{run} does not find where the state '{state.name}' changes between its values",
+                Mark(equations.presentation.file, 1, 1),
+                "--to c has a function for that, and no run",
+                "emit-switch",
+            )
+        )
+
+
 def programs_of_momenta(equations: Equations) -> dict[str, Program]:
     """Programs of :mod:`lagrange_cli.program.emitted_functions`.
 

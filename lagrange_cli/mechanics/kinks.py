@@ -7,6 +7,7 @@ their surfaces, and the same written with ``sign``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -41,6 +42,18 @@ class Cases(sp.Function):  # type: ignore[misc]
     def _eval_derivative(self, symbol: sp.Symbol) -> sp.Expr:
         value, side, strict, otherwise = self.args
         return Cases(value.diff(symbol), side, strict, otherwise.diff(symbol))
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Conditions, ``on`` ≥ 0 and ``off`` ≥ 0, under which a state becomes 1 and 0."""
+
+    on: sp.Expr
+    off: sp.Expr
+
+    def until(self, state: sp.Symbol) -> sp.Expr:
+        """Return what falls through zero where the state changes, from 1 or from 0."""
+        return -state * self.off - (1 - state) * self.on
 
 
 #: Functions that jump where an argument changes its sign.

@@ -65,7 +65,7 @@ def structure_facts(derivation: Uncertified) -> Facts:
     diagonal = all(e == 0 for (j, k), e in mass.items() if j != k)
     symbols = inertia | forcing
     symbols = symbols.union(*(closure.expression.free_symbols for closure in derivation.pushing))
-    symbols |= symbols_of_all(state.rate for state in reduced.states)
+    symbols |= symbols_of_all(e for state in reduced.states for e in state.expressions)
     velocities = {c.v for c in reduced.coordinates}
     positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
     # A state has no momentum: no Hamiltonian is its own.
@@ -132,7 +132,7 @@ def _unused(scene: Scene) -> tuple[str, ...]:
     expressions = [
         *(p.value for p in scene.parameters),
         *(u.expression for u in scene.inputs),
-        *(s.rate for s in scene.states),
+        *(e for s in scene.states for e in s.expressions),
         *(e for c in scene.controllers for e in (c.every, *(v.expression for v in c.values))),
         *(p.mass for p in scene.particles),
         *(e for p in scene.particles for e in p.position),

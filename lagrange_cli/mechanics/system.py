@@ -7,12 +7,13 @@ name reads as scene language.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+from lagrange_cli.mechanics.kinks import Switch
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.state_layout import StateLayout
 
@@ -102,7 +103,7 @@ class Input:
 
 @dataclass(frozen=True)
 class State:
-    """A state of first order, ẋ = ``rate``.
+    """A state of first order, ẋ = ``rate``, or one with two values, whose rate is 0.
 
     Attributes
     ----------
@@ -112,6 +113,8 @@ class State:
         Its time derivative over coordinates, velocities, states, inputs and t.
     unit, description, latex
         Texts of the scene, None if absent.
+    switch
+        What sets its two values, None if it has a rate.
     """
 
     name: str
@@ -120,6 +123,18 @@ class State:
     unit: str | None = None
     description: str | None = None
     latex: str | None = None
+    switch: Switch | None = None
+
+    @property
+    def expressions(self) -> tuple[Expr, ...]:
+        """Its rate, and the functions of the conditions of its switch."""
+        switch = self.switch
+        return (self.rate,) if switch is None else (self.rate, switch.on, switch.off)
+
+    def rewritten(self, put: Callable[[Expr], Expr]) -> State:
+        """Return the state with a function applied to its expressions."""
+        rate, *conditions = map(put, self.expressions)
+        return replace(self, rate=rate, switch=Switch(*conditions) if conditions else None)
 
 
 @dataclass(frozen=True)
@@ -424,6 +439,11 @@ class System:
     def external_symbols(self) -> frozenset[Symbol]:
         """Symbols of inputs and states."""
         return frozenset(x.symbol for x in self.external)
+
+    @property
+    def switches(self) -> tuple[State, ...]:
+        """The states with two values."""
+        return tuple(state for state in self.states if state.switch is not None)
 
     @property
     def layout(self) -> StateLayout:

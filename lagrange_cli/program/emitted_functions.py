@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 
 def optional_outputs(equations: Equations) -> list[str]:
-    """List which of ``inputs`` and ``outputs`` the scene has."""
-    sections = (("inputs", equations.system.inputs), ("outputs", equations.system.outputs))
-    return [name for name, entries in sections if entries]
+    """List which of ``inputs``, ``outputs`` and ``switches`` the scene has."""
+    names = ("inputs", "outputs", "switches")
+    return [name for name in names if getattr(equations.system, name)]
 
 
 def program_of(equations: Equations, name: str) -> Program:

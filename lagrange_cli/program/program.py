@@ -165,10 +165,9 @@ OUTPUTS: dict[str, Callable[[Equations], Iterable[Expr]]] = {
     "positions": lambda e: (c.position for c in e.system.cartesian_names),
     "velocities": lambda e: (c.velocity for c in e.system.cartesian_names),
     # Recorded inputs are arguments of the program.
-    "inputs": lambda e: (
-        u.expression if u.recording is None else u.symbol for u in e.system.inputs
-    ),
+    "inputs": lambda e: (u.symbol if u.recording else u.expression for u in e.system.inputs),
     "outputs": lambda e: (expression for _, expression in e.system.outputs),
+    "switches": lambda e: (s.switch.until(s.symbol) for s in e.system.states if s.switch),
     **CLOSURE_OUTPUTS,
     **CONTACT_OUTPUTS,
     **CANONICAL_OUTPUTS,

@@ -3,11 +3,12 @@ the controllers that sample these and hold inputs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import Recording
-from lagrange_cli.scene.language.expression import Expression
+from lagrange_cli.scene.language.expression import Equation, Expression
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +57,16 @@ class DeclaredInput:
 
 
 @dataclass(frozen=True, slots=True)
+class DeclaredSwitch:
+    """Inequalities that make a state 1, and 0; where neither holds, it stays as it is."""
+
+    on: Equation
+    off: Equation
+
+
+@dataclass(frozen=True, slots=True)
 class DeclaredState:
-    """A state of first order, ẋ = ``rate``; its texts are None if absent."""
+    """A state of first order, ẋ = ``rate``, or one that a switch sets; its texts may be None."""
 
     name: str
     mark: Mark
@@ -65,6 +74,14 @@ class DeclaredState:
     unit: str | None = None
     description: str | None = None
     latex: str | None = None
+    switch: DeclaredSwitch | None = None
+
+    @property
+    def expressions(self) -> Iterator[Expression]:
+        """Its rate, then both sides of the inequalities of its switch."""
+        yield self.rate
+        for condition in () if self.switch is None else (self.switch.on, self.switch.off):
+            yield from (condition.left, condition.right)
 
 
 @dataclass(frozen=True, slots=True)

@@ -196,6 +196,10 @@ class ScalingReader:
         for state in scene.states:
             rate = form_of(state.name, **{TIME: -1})
             self._is(state.rate, rate, f"the rate of '{state.name}'")
+            if state.switch is not None:
+                self.same(form_of(state.name), {})
+                self._equated(state.switch.on)
+                self._equated(state.switch.off)
         for controller in scene.controllers:
             if any(_names(controller.every)):
                 self._is(controller.every, form_of(TIME), "a time")

@@ -421,7 +421,7 @@ class Scene:
         yield from (f.expression for f in self.functions if f.expression is not None)
         yield from (d.expression for d in self.definitions)
         yield from (u.expression for u in self.inputs if u.expression is not None)
-        yield from (s.rate for s in self.states)
+        yield from (e for s in self.states for e in s.expressions)
         yield from (v.expression for c in self.controllers for v in c.values)
         for term in (*self.potentials, *self.kinetic, *self.dissipation, *self.outputs):
             yield term.expression

@@ -71,6 +71,17 @@ def _state(moved_by: str, description: str) -> Schema:
     return either(moved[moved_by], mapping_of("A state", moved | texts, [moved_by]))
 
 
+_SWITCH = mapping_of(
+    "A state that inequalities make 1 and 0",
+    {
+        "on": text_of("Makes it 1"),
+        "off": text_of("Makes it 0"),
+        "description": DESCRIPTION,
+        "latex": LATEX,
+    },
+    ["on", "off"],
+)
+
 _CONTROLLER = mapping_of(
     "Samples the state and holds inputs until the next sample",
     {
@@ -296,8 +307,10 @@ SECTIONS: dict[str, Schema] = {
         list_of(text_of("A name"), "Inputs that emitted code is given"),
     ),
     "states": named(
-        _state("rate", "Its rate over coordinates, velocities, states, inputs and t"),
-        "Numbers that their rates move, as currents",
+        either(
+            _state("rate", "Its rate over coordinates, velocities, states, inputs and t"), _SWITCH
+        ),
+        "Numbers that their rates move, as currents, or inequalities switch",
     ),
     "controllers": either(_CONTROLLER, named(_CONTROLLER, "Sampled controllers by name")),
     "functions": named(_FUNCTION, "Functions of one argument, unknown or given, and tables"),

@@ -313,6 +313,12 @@ def require_fit(model: Model, method: type[Integrator]) -> None:
             f" of first order: {_and(list(model.states))}",
             "--method DOP853 --rtol 1e-9",
         )
+    if model.switches and (method.traces or not method.interpolates):
+        raise _refused(
+            f"{method.name} has no interpolant on which to find where"
+            f" {_and([model.states[k] for k in model.switches])} changes between its two values",
+            "--method DOP853 --rtol 1e-9",
+        )
     unmet = [need for need in method.needs if not model.facts[need]]
     if unmet:
         raise _refused(

@@ -146,12 +146,15 @@ def linear_motion(equations: Equations, simulate: Simulate, accuracy: float) -> 
 
 
 def _require_smooth(equations: Equations) -> None:
-    """Refuse contacts, forces that jump and samples: at these changes jump, unlike in any A(t)."""
+    """Refuse contacts, forces and states that jump, and samples: at these changes jump, unlike in
+    any A(t)."""
     system = equations.system
     if system.controllers:
         event = "a controller samples"
     elif any(expression.has(sign) for expression in system.forcing):
         event = "a force does"
+    elif system.switches:
+        event = f"the state '{system.switches[0].name}' does"
     elif system.contacts:
         event = f"the contact '{system.contacts[0].name}' opens"
     else:

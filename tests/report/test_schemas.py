@@ -41,6 +41,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "derive systems/chains/oscillator_ring.yaml --parameter n=65",
         "derive FOLDER/warned.yaml",
         "derive FOLDER/sampled.yaml --with latex",
+        "derive systems/switching/hit_and_miss_engine.yaml",
     ),
     "check": (
         f"check {PENDULUM}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -24,6 +24,7 @@ from lagrange_cli.scene.language.families import read_expression
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
     from lagrange_cli.mechanics.equations import Equations
+    from lagrange_cli.mechanics.system import State
 
 #: Distance from an equilibrium, relative to 1 and to its coordinates, below which a typed
 #: configuration is a rounded one of it.
@@ -172,3 +173,67 @@ def _at(system: RestSystem, equilibria: Equilibria, configuration: Configuration
         hint = "near: " + ", ".join(f"{c.name} = {float(x):.6g}" for c, x in values)
     message = f"this is no {system.sought}"
     raise InputError(Problem(message, configuration.marks[name], hint, "analysis-at"))
+
+
+def require_switch_values(equations: Equations, configuration: Configuration) -> None:
+    """Refuse values of states with two values that are neither.
+
+    Raises
+    ------
+    InputError
+        Located at the value.
+    """
+    for state in _switching(equations):
+        value = configuration.held_inputs.get(state.name)
+        if value is not None and value not in (0, 1):
+            message = f"the state '{state.name}' has the values 0 and 1"
+            raise InputError(
+                Problem(message, configuration.marks[state.name], rule="misplaced-state")
+            )
+
+
+def without_switching(
+    equations: Equations, system: RestSystem, equilibria: Equilibria
+) -> tuple[Equilibria, list[str]]:
+    """Leave out the points at which a held state would change; and say which.
+
+    ``equations`` are those with the switches, ``system`` the one whose equilibria were sought.
+    """
+    points, reasons = list(equilibria.points), dict[str, None]()
+    for state in _switching(equations):
+        value = system.inputs[state.symbol]
+        for point in equilibria.points:
+            if point in points and _changes(state, value, system, point):
+                points.remove(point)
+                said = Phrase(
+                    "where all rests with {name} = {value}, {name} changes: that is no equilibrium",
+                    name=(state.name,),
+                    value=str(value),
+                )
+                reasons[said] = None
+    return replace(equilibria, points=tuple(points)), list(reasons)
+
+
+def _switching(equations: Equations) -> list[State]:
+    return [state for state in equations.system.states if state.switch is not None]
+
+
+def _changes(state: State, value: sp.Expr, system: RestSystem, point: Equilibrium) -> bool:
+    """Tell whether the condition holds by which a state changes; False where that is not known."""
+    assert state.switch is not None
+    if point.position is None or point.free:
+        return False
+    condition = state.switch.off if value == 1 else state.switch.on
+    coordinates = system.equations.system.coordinates
+    values: Mapping[sp.Symbol, object] = {
+        **system.known,
+        **{c.q: x for c, x in zip(coordinates, point.position, strict=True)},
+        **{c.v: sp.S.Zero for c in coordinates},
+    }
+    if not condition.free_symbols <= values.keys():
+        return False
+    try:
+        (excess,) = evaluate([condition], values)
+    except DomainError:
+        return False
+    return bool(excess >= 0)

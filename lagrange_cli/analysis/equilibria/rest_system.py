@@ -230,7 +230,8 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
         There is no rest to speak of: the equations depend on time, hold unknown functions or
         one-sided constraints, or are too many.
     """
-    states = tuple(state.name for state in equations.system.states)
+    states = tuple(s.name for s in equations.system.states if s.switch is None)
+    switches = {s.name for s in equations.system.switches}
     equations = with_state_coordinates(equations)
     _require_small(equations)
     equations = with_symbols_of_inputs(equations)
@@ -264,7 +265,7 @@ def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> Res
     varying = [
         (u.name, float(values[u.symbol]))
         for u in equations.system.inputs
-        if u.name in held_inputs
+        if u.name in switches | held_inputs.keys()
         or u.expression is None
         or equations.system.t in u.expression.free_symbols
     ]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
-from lagrange_cli.mechanics.system import Coordinate, InitialState
+from lagrange_cli.mechanics.system import Coordinate, InitialState, Input
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def with_state_coordinates(equations: Equations) -> Equations:
-    """Return the equations with states of first order as coordinates behind the others."""
+    """Return the equations with states of first order as coordinates behind the others, and states
+    of two values as inputs."""
+    equations = _with_held_switches(equations)
     system = equations.system
     if not system.states:
         return equations
@@ -41,6 +43,32 @@ def with_state_coordinates(equations: Equations) -> Equations:
             states=(),
         ),
     )
+
+
+def _with_held_switches(equations: Equations) -> Equations:
+    """Return the equations with states of two values as inputs that are what they are at first."""
+    system = equations.system
+    if all(state.switch is None for state in system.states):
+        return equations
+    initial = system.initial
+    starts = (0.0,) * len(system.states) if initial is None else initial.states
+    switches = tuple(
+        Input(state.name, state.symbol, sp.Integer(round(start)))
+        for state, start in zip(system.states, starts, strict=True)
+        if state.switch is not None
+    )
+    others = [k for k, state in enumerate(system.states) if state.switch is None]
+    if initial is not None:
+        first = 2 * len(system.coordinates)
+        behind = tuple(initial.decimals[first + k] for k in others) if initial.decimals else ()
+        initial = replace(
+            initial,
+            states=tuple(initial.states[k] for k in others),
+            decimals=(*initial.decimals[:first], *behind),
+        )
+    states = tuple(system.states[k] for k in others)
+    inputs = (*system.inputs, *switches)
+    return replace(equations, system=replace(system, states=states, inputs=inputs, initial=initial))
 
 
 def _coordinate(state: State) -> Coordinate:

@@ -35,6 +35,16 @@ int @NAME@_outputs(@OUT@);
 """
 
 
+_SWITCHES = """
+/*
+ * out[0..@NAME@_SWITCHES-1]: of each state with two values, in their order, what is
+ * positive as long as its value stays. Where a number falls through zero, find when,
+ * make the state 1 - x there, and go on.
+ */
+int @NAME@_switches(@OUT@);
+"""
+
+
 def header_text(
     equations: Equations,
     target: CTarget,
@@ -122,6 +132,7 @@ def _declarations(
 ) -> str:
     text = c_template("interface") + (_INPUTS if equations.system.inputs else "")
     text += _OUTPUTS if equations.system.outputs else ""
+    text += _SWITCHES if equations.system.switches else ""
     if equations.system.contacts or equations.system.closures:
         kind = "contacts" if equations.system.contacts else "closures"
         text += "\n" + c_template(f"interface_{kind}")

@@ -37,7 +37,7 @@ from lagrange_cli.emit.c.steps import require_steps, step_declarations, step_tex
 from lagrange_cli.emit.c.target import CTarget, real_type
 from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
-from lagrange_cli.emit.shared_code import programs_of_momenta
+from lagrange_cli.emit.shared_code import programs_of_momenta, require_no_switches
 from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
@@ -91,6 +91,7 @@ def emit_c(
     """
     if options["main"]:
         require_a_program(equations)
+        require_no_switches(equations, "the program of --main")
     steps = require_steps(equations, options)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)

@@ -58,6 +58,8 @@ def require_steps(equations: Equations, options: Mapping[str, str | bool]) -> li
     reason = ""
     if asked and equations.system.contacts:
         reason = "contacts open and close within a step: the functions of contacts lead on"
+    elif asked and equations.system.switches:
+        reason = "a state changes between its two values within a step: NAME_switches tells when"
     elif "step" in asked and options["main"]:
         reason = "the program of --main has a function of that name: emit it by itself"
     if reason:

@@ -33,6 +33,7 @@ from lagrange_cli.emit.shared_code import (
     input_lines,
     polynomial_rows,
     recorded_inputs,
+    require_no_switches,
 )
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import (
@@ -114,6 +115,7 @@ def interface_of(
     if jacobian and equations.system.contacts:
         problem = "--with jacobian does not hold this scene: derivatives with contacts keep a mode"
         raise InputError(Problem(problem, hint="--to c and --to python hold it", rule="language"))
+    require_no_switches(equations, "the run of this module")
     functions = _lowered(equations, _programs(equations, jacobian=jacobian))
     contacts = _contacts(equations)
     projection = _projection(equations)

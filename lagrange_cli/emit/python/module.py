@@ -29,7 +29,7 @@ from lagrange_cli.emit.python.layout import TAB, Signature, Tables, defined
 from lagrange_cli.emit.python.names import SceneNames, scene_names
 from lagrange_cli.emit.python.traced import refuse_branches, refuse_further, traced_text
 from lagrange_cli.emit.python.vocabulary import VOCABULARIES, Vocabulary
-from lagrange_cli.emit.shared_code import programs_of_momenta
+from lagrange_cli.emit.shared_code import programs_of_momenta, require_no_switches
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.program.emitted_functions import (
     CANONICAL_PARTS,
@@ -112,6 +112,7 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     InputError
         A constant is outside the range of a double, or the style cannot hold the scene.
     """
+    require_no_switches(equations, "the run of this module")
     text = _Module(equations, options).text()
     return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import mpmath
 
-from lagrange_cli.errors import MissingStartError, Problem
+from lagrange_cli.errors import InputError, MissingStartError, Problem
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.symbols.quoting import initial_snippet
 from lagrange_cli.mechanics.symbols.values import (
@@ -45,6 +45,16 @@ def with_states(reduced: Reduced, initial: InitialState | None) -> InitialState 
             )
         )
     exact = [reduced.values.number(starts[state.name].value) for state in scene.states]
+    for state, value in zip(scene.states, exact, strict=True):
+        if state.switch is not None and value not in (0, 1):
+            raise InputError(
+                Problem(
+                    f"the state '{state.name}' has the values 0 and 1, and begins with neither",
+                    starts[state.name].mark,
+                    hint="1 is on, 0 is off; where a condition holds at the start, it changes",
+                    rule="misplaced-state",
+                )
+            )
     known = [value for value in exact if value is not None]
     assert len(known) == len(exact)  # every parameter has a value
     decimals = initial.decimals

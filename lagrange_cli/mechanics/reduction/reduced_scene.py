@@ -18,6 +18,7 @@ from lagrange_cli.mechanics.elements.body import BodyElement
 from lagrange_cli.mechanics.elements.particle import MassElement, ParticleElement
 from lagrange_cli.mechanics.findings import Account
 from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.kinks import Switch
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.sampling import Sampler
 from lagrange_cli.mechanics.reduction.coordinates import (
@@ -35,6 +36,7 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.mechanics.system import Coordinate, State
 from lagrange_cli.scene.bodies import Body
+from lagrange_cli.scene.declared_numbers import DeclaredSwitch
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene
 
@@ -160,8 +162,29 @@ class Reduced:
         """States of first order with their rates over q, v, states, inputs and t."""
         pairs = zip(self.scene.states, self.names.states.values(), strict=True)
         return tuple(
-            State(s.name, x, self.resolve(self.convert(s.rate)), s.unit, s.description, s.latex)
+            State(
+                s.name,
+                x,
+                self.resolve(self.convert(s.rate)),
+                s.unit,
+                s.description,
+                s.latex,
+                self._switch(s.switch),
+            )
             for s, x in pairs
+        )
+
+    def _switch(self, declared: DeclaredSwitch | None) -> Switch | None:
+        """Return the conditions of a state with two values over q, v, states, inputs and t."""
+        if declared is None:
+            return None
+        on, off = (
+            self.resolve(self.convert(c.left)) - self.resolve(self.convert(c.right))
+            for c in (declared.on, declared.off)
+        )
+        return Switch(
+            on if declared.on.relation == ">=" else -on,
+            off if declared.off.relation == ">=" else -off,
         )
 
     @property

@@ -159,7 +159,7 @@ def rewritten(system: System, put: _Put) -> System:
         mass_matrix=tuple(row(r) for r in system.mass_matrix),
         forcing=each(system.forcing),
         energy=put(system.energy),
-        states=tuple(replace(s, rate=put(s.rate)) for s in system.states),
+        states=tuple(s.rewritten(put) for s in system.states),
         controllers=controllers_with(system.controllers, put),
         closures=tuple(map(closure, system.closures)),
         contacts=tuple(replace(c, closure=closure(c.closure)) for c in system.contacts),

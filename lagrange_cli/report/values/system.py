@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import EnergyBalance, Facts, FormulationChoice
+    from lagrange_cli.mechanics.kinks import Switch
     from lagrange_cli.mechanics.system import Closure, Contact, Controller, Input, State
     from lagrange_cli.scene.model import DeclaredFunction
 
@@ -219,9 +220,14 @@ _TABLE: JsonObject[DeclaredFunction] = JsonObject(
         Key("outside", TEXT, "The values beyond the outermost rows: end, hold or extend."),
     ),
 )
+_SWITCH: JsonObject[Switch] = JsonObject(
+    Key("on", EXPRESSION, "What is not negative where the state becomes 1."),
+    Key("off", EXPRESSION, "What is not negative where it becomes 0."),
+)
 _STATE: JsonObject[State] = JsonObject(
     Key("name", TEXT, "Its name."),
     Key("rate", EXPRESSION, "Its time derivative."),
+    Key("switch", _SWITCH, "What changes a state with two values.", optional=True),
     Key("unit", TEXT, "Its unit.", optional=True),
     Key("description", TEXT, "Its description.", optional=True),
 )

@@ -44,8 +44,8 @@ class ExpressionTraits:
         True if it depends on parameters and numbers only.
     extent
         Its value, or its largest power.
-    first_input, first_state
-        First input and first state in it, None if it holds none.
+    first_input, first_state, first_switch
+        First input, first state and first state with two values in it, None if it holds none.
     """
 
     rate: int = 0
@@ -54,6 +54,7 @@ class ExpressionTraits:
     extent: Extent = ANY_EXTENT
     first_input: str | None = None
     first_state: str | None = None
+    first_switch: str | None = None
 
 
 def dependency_order(meanings: Mapping[str, Expression]) -> tuple[list[str], list[list[str]]]:
@@ -102,7 +103,7 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
     ExpressionError
         At the part that exceeds a limit of :mod:`lagrange_cli.scene.language.bounds`.
     """
-    rough = first_input = first_state = None
+    rough = first_input = first_state = first_switch = None
     constant, holds_rates = True, False
     for part in walk(node):
         if isinstance(part, Name):
@@ -112,13 +113,15 @@ def traits_of(node: Node, names: Mapping[str, ExpressionTraits]) -> ExpressionTr
             rough = rough or traits.rough
             first_input = first_input or traits.first_input
             first_state = first_state or traits.first_state
+            first_switch = first_switch or traits.first_switch
         elif isinstance(part, Call):
             holds_rates |= part.function in TIME_DERIVATIVES
             rough = rough or _rough_function(part, names)
     extents = _Extents(names)
     extent = extent_of(node, extents)
     rate = _rates(node, names)[id(node)] if holds_rates else 0
-    return ExpressionTraits(rate, rough, constant, extent, first_input, first_state)
+    firsts = first_input, first_state, first_switch
+    return ExpressionTraits(rate, rough, constant, extent, *firsts)
 
 
 def _rough_function(call: Call, names: Mapping[str, ExpressionTraits]) -> str | None:

@@ -67,6 +67,23 @@ def check_states(use: Use, names: dict[str, ExpressionTraits], problems: Problem
                     rule="misplaced-state",
                 )
                 return
+    if not use.place.switches:
+        _check_switches(use, names, problems)
+
+
+def _check_switches(use: Use, names: dict[str, ExpressionTraits], problems: Problems) -> None:
+    """Refuse states with two values in an energy, which would jump without work."""
+    for name in names_in(use.expression.node):
+        first_switch = names.get(name.name, ExpressionTraits()).first_switch
+        if first_switch:
+            problems.add(
+                f"the state '{first_switch}' has two values and cannot stand in {use.what}",
+                use.expression.mark(name.span),
+                hint="energy would jump where it switches: write a force, as"
+                f" {{on: x, force: -k*x*{first_switch}}}",
+                rule="misplaced-state",
+            )
+            return
 
 
 def check_controllers(scene: Scene, problems: Problems) -> None:

@@ -308,7 +308,12 @@ def _check_places(
     parameters = {p.name: _CONSTANT for p in scene.parameters}
     # In dynamics parameters are symbols; in numbers their values count.
     inputs = {term.name: ExpressionTraits(first_input=term.name) for term in scene.inputs}
-    states = {state.name: ExpressionTraits(first_state=state.name) for state in scene.states}
+    states = {
+        state.name: ExpressionTraits(
+            first_state=state.name, first_switch=state.name if state.switch else None
+        )
+        for state in scene.states
+    }
     # Tables have no second derivative at their points.
     tables = {f.name: ExpressionTraits(rough=f.name) for f in scene.functions if f.table}
     symbolic: dict[str, ExpressionTraits] = {"pi": _CONSTANT}

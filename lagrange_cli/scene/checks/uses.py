@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from lagrange_cli.scene.bodies import Body
@@ -29,6 +29,8 @@ class Restrictions:
         True if inputs may occur, whose rates are not known.
     states
         True if states may occur.
+    switches
+        True if states with two values may occur where states may.
     multipliers
         True if names ``lambda_...`` may occur, whether or not the constraint exists.
     momenta
@@ -42,6 +44,7 @@ class Restrictions:
     names: Literal["all", "time", "constants", "parameters"] = "all"
     inputs: bool = False
     states: bool = False
+    switches: bool = True
     multipliers: bool = False
     momenta: bool = False
     hint: str = ""
@@ -55,6 +58,7 @@ _ONE_SIDED = Restrictions(
     "\nx >= abs(y) is two inequalities: [x >= y, x >= -y]",
 )
 _DYNAMICS = Restrictions(rate=1, inputs=True, states=True)
+_POTENTIAL = replace(_DYNAMICS, switches=False)
 _ENERGY = Restrictions(rate=1, inputs=True)
 _RATE = Restrictions(
     rate=1,
@@ -68,6 +72,11 @@ _SAMPLED = Restrictions(
     inputs=True,
     states=True,
     hint="accelerations jump at samples: a controller has positions, velocities, states, inputs, t",
+)
+_CONDITION = replace(
+    _RATE,
+    hint="accelerations and multipliers change where it switches: a condition holds positions,"
+    " velocities, states, inputs and t",
 )
 _NUMBER = Restrictions(names="parameters")
 _CANONICAL = Restrictions(inputs=True, states=True, momenta=True)
@@ -103,6 +112,9 @@ def uses(scene: Scene, cartesian: Iterable[str]) -> Iterator[Use]:
             yield Use(declared.expression, f"input '{declared.name}'", Restrictions(names="time"))
     for state in scene.states:
         yield Use(state.rate, f"the rate of state '{state.name}'", _RATE)
+        if state.switch is not None:
+            yield from _sides(state.switch.on, f"'on' of state '{state.name}'", _CONDITION)
+            yield from _sides(state.switch.off, f"'off' of state '{state.name}'", _CONDITION)
     for controller in scene.controllers:
         yield Use(controller.every, "'every' of a controller", _NUMBER)
         for value in controller.values:
@@ -153,7 +165,7 @@ def _mechanics(scene: Scene) -> Iterator[Use]:
         if one_sided.restitution:
             yield Use(one_sided.restitution, f"'restitution' of {what}", _NUMBER)
     for term in scene.potentials:
-        yield Use(term.expression, f"potential '{term.name}'", _DYNAMICS)
+        yield Use(term.expression, f"potential '{term.name}'", _POTENTIAL)
     for term in scene.kinetic:
         yield Use(term.expression, f"kinetic energy '{term.name}'", _ENERGY)
     for force in scene.forces:

@@ -15,6 +15,7 @@ from lagrange_cli.scene.declared_numbers import (
     DeclaredInput,
     DeclaredParameter,
     DeclaredState,
+    DeclaredSwitch,
     SampledValue,
 )
 from lagrange_cli.scene.language.expression import Expression, Name, Number, names_in
@@ -37,6 +38,9 @@ from lagrange_cli.scene.unit_table import or_product, value_and_unit
 AXES = ("x", "y", "z")
 
 _POSITION = "a list of three entries [x, y, z]"
+
+#: Keys of a state with two values.
+_SWITCH = ("on", "off")
 
 
 def component(axis: str, name: str) -> str:
@@ -130,7 +134,7 @@ def read_inputs(node: SourceNode, reading: Reading) -> tuple[DeclaredInput, ...]
 
 
 def read_states(node: SourceNode, reading: Reading) -> tuple[DeclaredState, ...]:
-    """Read ``states``: rates by name, or mappings that say more."""
+    """Read ``states``: rates by name, or mappings that say more, or that are switches."""
     entries = reading.named(node, "states", symbols=True)
     return tuple(filter(None, (_state(key, value, reading) for key, value in entries)))
 
@@ -142,9 +146,12 @@ def _state(
     what = f"state '{key.text}'"
     fields = {moved_by: node}
     if isinstance(node, Mapping):
-        known = (moved_by, "unit", "description", "latex")
-        fields = reading.fields(node, what, known, required=(moved_by,))
-    moved = None
+        is_switch = moved_by == "rate" and any(k.text in _SWITCH for k, _ in node.entries)
+        first = _SWITCH if is_switch else (moved_by, "unit")
+        known = (*first, "description", "latex")
+        fields = reading.fields(node, what, known, required=_SWITCH if is_switch else (moved_by,))
+    switch = _switch(fields, what, reading)
+    moved = _zero(key.mark) if switch else None
     if moved_by in fields:
         moved = reading.expression(fields[moved_by], f"the {moved_by} of {what}")
     texts = (
@@ -152,7 +159,17 @@ def _state(
         _description(fields, what, reading),
         with_indices(read_latex(fields, what, reading), key.text),
     )
-    return None if moved is None else DeclaredState(key.text, key.mark, moved, *texts)
+    return None if moved is None else DeclaredState(key.text, key.mark, moved, *texts, switch)
+
+
+def _switch(fields: dict[str, SourceNode], what: str, reading: Reading) -> DeclaredSwitch | None:
+    """Read the inequalities by which a state becomes 1 and 0; None if it has a rate."""
+    if not all(name in fields for name in _SWITCH):
+        return None
+    on, off = (
+        reading.equation(fields[name], f"'{name}' of {what}", (">=", "<=")) for name in _SWITCH
+    )
+    return None if on is None or off is None else DeclaredSwitch(on, off)
 
 
 #: Keys of a controller.

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.simulate.accuracy.coarse_run import COARSE, LEAST
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS, ErrorEstimate, RunningEstimate
@@ -18,6 +19,7 @@ from lagrange_cli.simulate.accuracy.event_agreement import (
     contacts_near_end,
     event_agreement,
     first_zeno_time,
+    near_toggles,
 )
 from lagrange_cli.simulate.accuracy.grazes import Grazes, first_graze
 from lagrange_cli.simulate.accuracy.method_selection import NOISE_PART, CoarseResult
@@ -295,7 +297,16 @@ class Attempt:
         if events is not None:
             exempt = events.exempt(self._problem.times[first:last])
             errors[exempt, self._problem.layout.velocities] = 0
+        for place, exempt in self.near_toggles(self._problem.times[first:last]).items():
+            errors[exempt, place] = 0
         return np.asarray(errors)
+
+    def near_toggles(self, times: Array) -> dict[int, NDArray[np.bool_]]:
+        """Flag times that are as close to a change of a state with two values as runs tell it, by
+        the place of the state."""
+        near = ATTEMPT.close * self._eps * self._problem.span
+        toggles = [run.toggles for run in self._runs]
+        return near_toggles(toggles, self._weights, self._problem.until, near, times)
 
     @property
     def _weights(self) -> tuple[float, float, float]:
@@ -350,7 +361,8 @@ class Attempt:
         events, start = self.events, self.run.rows[0]
         running = RunningEstimate(self._problem, self._eps, start)
         rhs, weights = self._problem.rhs, np.array(self._weights[1:])
-        compare = rhs.compare if isinstance(rhs, NativeRhs) else None
+        toggles = any(run.toggles for run in self._runs)
+        compare = rhs.compare if isinstance(rhs, NativeRhs) and not toggles else None
         for first, last in self._windows():
             if compare is not None:
                 rows = [run.rows[first:last] for run in self._runs]

@@ -22,7 +22,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem, StoppedError
 from lagrange_cli.simulate.accuracy.attempt import Attempt, costing_as
 from lagrange_cli.simulate.accuracy.error_estimate import FLOOR_ULPS
-from lagrange_cli.simulate.accuracy.event_agreement import EventAgreement, UnclearContacts
+from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.accuracy.measured import (
     Measured,
     limiting_component,
@@ -271,7 +271,7 @@ def _measured(
 ) -> Measured:
     best = _best(attempts)
     estimate = best.error_estimate()
-    events, failure = best.events, best.failure
+    failure = best.failure
     if failure is not None and _by_rounding(problem, failure):
         failure = replace(failure, by_rounding=True)
     return Measured(
@@ -292,7 +292,7 @@ def _measured(
         slides=slides_until(best.run.slides, problem, estimate.samples),
         began=best.run.began,
         unclear=_unclear(best, estimate.samples, problem.times),
-        exempt=_exempt(events, problem.times, best.run.rows, estimate.samples),
+        exempt=_exempt(best, problem.times, estimate.samples),
         limiting_component=limiting_component(
             [attempt.error_estimate() for attempt in attempts if attempt.complete], eps
         )
@@ -301,14 +301,18 @@ def _measured(
     )
 
 
-def _exempt(
-    events: EventAgreement | None, times: RowSequence, states: RowSequence, samples: int
-) -> Array:
-    """Return the times at which velocities are as close to a jump as the error of its time."""
-    if events is None:
+def _exempt(best: Attempt, times: RowSequence, samples: int) -> Array:
+    """Return the times at which velocities, or states with two values, are as close to a jump as
+    the error of its time."""
+    events = best.events
+    if events is None and not best.run.toggles:
         return np.empty(0)
-    parts = (part for part, _ in windows(times, first_rows(states, samples)))
-    return np.concatenate([part[events.exempt(part)] for part in parts])
+    exempt = [np.empty(0)]
+    for part, _ in windows(times, first_rows(best.run.rows, samples)):
+        near = [] if events is None else [events.exempt(part)]
+        near += best.near_toggles(part).values()
+        exempt += [part[np.any(near, axis=0)]] if near else []
+    return np.concatenate(exempt)
 
 
 def _unclear(best: Attempt, samples: int, times: RowSequence) -> UnclearContacts | None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.integrators.base import Toggles
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
     ContactMode,
@@ -154,6 +155,48 @@ def event_agreement(
         begins,
         tuple(contact for contact, first in broken.items() if first == begins),
     )
+
+
+def near_toggles(
+    runs: Sequence[Toggles],
+    weights: Sequence[float],
+    end: float,
+    near: float,
+    t: Array,
+) -> dict[int, NDArray[np.bool_]]:
+    """Flag times that are as close to a change of a state with two values as the error of its time.
+
+    Parameters
+    ----------
+    runs
+        Changes of a run, and of its companions.
+    weights
+        What the distances of each run's times from the first one's count.
+    end, near
+        Where the runs end: a change no further before it may lie behind it for others.
+    t
+        The times, ascending, shape (m,).
+
+    Returns
+    -------
+    Flags by the place of the state, each of shape (m,), of the states that change.
+    """
+    flags: dict[int, NDArray[np.bool_]] = {}
+    for place in sorted({k for run in runs for k, _ in run}):
+        times = [[s for k, s in run if k == place] for run in runs]
+        at = np.array(list(zip(*times, strict=False))).reshape(-1, len(runs))
+        errors = np.abs(at - at[:, :1]) @ np.asarray(weights)
+        errors = np.maximum(errors, LOCATED * np.spacing(np.abs(at[:, 0])))
+        further = [s for run in times for s in run[len(at) :] if s >= end - near]
+        middle = np.concatenate([at[:, 0], further])
+        errors = np.concatenate([errors, np.full(len(further), near)])
+        first = np.searchsorted(t, middle - errors, side="left")
+        behind = np.searchsorted(t, middle + errors, side="right")
+        count = np.zeros(len(t) + 1, dtype=int)
+        np.add.at(count, first, 1)
+        np.add.at(count, behind, -1)
+        flags[place] = np.cumsum(count[:-1]) > 0
+    return flags
 
 
 def contacts_near_end(

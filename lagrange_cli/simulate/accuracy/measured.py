@@ -111,7 +111,8 @@ class Measured:
     unclear
         Contacts at which the promise ends; None if it ends elsewhere, or not.
     exempt
-        Times at which velocities are as close to a jump as the error of its time.
+        Times at which velocities, or states with two values, are as close to a jump as the error
+        of its time.
     limiting_component
         Component that keeps runs which reach the end from the accuracy; None if there is none.
     """

@@ -1,16 +1,15 @@
 """The protocol of an integrator, and how to add one.
 
-An integrator sees ``rhs(t, y)`` and nothing else of the problem: no symbols,
-no parameters, no scene. To add a method, subclass :class:`Integrator` and list
-the class in :data:`~lagrange_cli.simulate.integrators.INTEGRATORS`; help,
-choices and tests derive from there. An implementer promises:
+An integrator sees ``rhs(t, y)`` and nothing else of the problem: no symbols, parameters or scene.
+To add a method, subclass :class:`Integrator` and list the class in
+:data:`~lagrange_cli.simulate.integrators.INTEGRATORS`; help, choices and tests derive from there.
+An implementer promises:
 
 1. **State.** After construction ``t`` and ``y`` are the start; after each
-   :meth:`~Integrator.step` they are the end of that step. ``y`` is a fresh
-   array that later steps leave alone.
-2. **One step a call.** ``step(limit)`` makes one accepted step forward in
-   time, never beyond ``limit``, which is ``t_end`` where ``interpolates`` is
-   true and may be any later time where it is false.
+   :meth:`~Integrator.step` they are the end of that step. ``y`` is a fresh array that later steps
+   leave alone.
+2. **One step a call.** ``step(limit)`` makes one accepted step forward in time, never beyond
+   ``limit``, which is ``t_end`` where ``interpolates`` is true and may be any later time else.
 3. **Failure.** A step that cannot be made (underflow of the step, a value
    that is not finite, a solver that does not converge) raises
    :class:`StepError` and leaves ``t`` and ``y`` at the last good state.
@@ -147,6 +146,9 @@ class Control:
             self.atol[:] = self.loosening.rows[max(number, 0)]
 
 
+#: Changes of states with two values: the place of the state in y, and the time.
+Toggles: TypeAlias = tuple[tuple[int, float], ...]
+
 #: Slides along switching surfaces: number of the surface, time from and until, infinite so far.
 Slides: TypeAlias = tuple[tuple[int, float, float], ...]
 
@@ -240,6 +242,11 @@ class Integrator(ABC):
     def dips(self) -> Sequence[ZeroCrossing]:
         """Least values of event functions within their reach of zero, in order."""
         return () if self._search is None else self._search.dips
+
+    @property
+    def toggles(self) -> Toggles:
+        """Changes of states with two values so far, in order."""
+        return ()
 
     @property
     def slides(self) -> Slides:

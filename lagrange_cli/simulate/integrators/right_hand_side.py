@@ -287,9 +287,13 @@ class Surfaces(ABC):
     ----------
     positional
         Of each surface whether it hangs on positions and time alone.
+    switches
+        Places in y of the states with two values. The last surfaces are where these change; they
+        have no sides, and what :meth:`values` gives of them is 1.
     """
 
     positional: tuple[bool, ...]
+    switches: tuple[int, ...] = ()
 
     @abstractmethod
     def side(self, sides: SurfaceSides) -> Rhs:
@@ -302,6 +306,11 @@ class Surfaces(ABC):
     @abstractmethod
     def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
         """Evaluate the functions of the surfaces, and the magnitudes of their sums, both (S,)."""
+
+    def until_switched(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
+        """Evaluate what falls through zero where each switch changes, and the magnitudes of these
+        sums, both shape (switches,)."""
+        return np.empty(0), np.empty(0)
 
     @abstractmethod
     def rates(self, t: float, y: Array, sides: SurfaceSides, slope: Array) -> SurfaceRates:

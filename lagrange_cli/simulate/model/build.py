@@ -224,6 +224,7 @@ def _surfaces(evaluated: _Evaluated) -> dict[str, Any]:
         "surfaces": tuple(s.free_symbols.isdisjoint(velocities) for s in one_side.surfaces),
         "surface_names": tuple(to_scene_language(e, evaluated.equations) for e in one_side.written),
         "continuous": len(one_side.continuous),
+        "switches": one_side.switches,
     }
 
 

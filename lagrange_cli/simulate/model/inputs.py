@@ -124,7 +124,7 @@ def substitute_inputs(equations: Equations) -> Equations:
         system=replace(
             system,
             forcing=tuple(map(put, system.forcing)),
-            states=tuple(replace(s, rate=put(s.rate)) for s in system.states),
+            states=tuple(s.rewritten(put) for s in system.states),
             controllers=controllers_with(system.controllers, put),
             energy=put(system.energy),
             kinetic=put(system.kinetic),

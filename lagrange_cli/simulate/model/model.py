@@ -228,6 +228,9 @@ class Model:
     surfaces
         For each switching surface of ``abs``, ``sign``, ``min`` and ``max``, True if it hangs
         on positions and time alone (:mod:`lagrange_cli.simulate.model.switching_surfaces`).
+    switches
+        Numbers of the states with two values, in the order of the last surfaces, at which they
+        change.
     surface_names
         The expressions that vanish on these surfaces.
     continuous
@@ -267,6 +270,7 @@ class Model:
     massless: tuple[str, ...] = ()
     steep: tuple[str, ...] = ()
     surfaces: tuple[bool, ...] = ()
+    switches: tuple[int, ...] = ()
     surface_names: tuple[str, ...] = ()
     continuous: int = 0
     landmarks: int = 0
@@ -340,7 +344,7 @@ class Model:
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
         lists += ("steep", "initial_decimals", "driven", "positive", "table_ends", "states")
-        lists += ("surface_names",)
+        lists += ("surface_names", "switches")
         for name in lists:
             fields[name] = tuple(fields[name])
         fields["parameters"] = tuple(ModelParameter(**p) for p in fields["parameters"])

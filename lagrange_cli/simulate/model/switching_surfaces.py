@@ -56,6 +56,9 @@ class OneSided:
         What does not jump where no impulse acts: the energy function, and momenta.
     written
         The expressions of the surfaces as the scene has them, without weights.
+    switches
+        Numbers of the states with two values. The last surfaces are where these change: their
+        functions are positive until then, whatever the sides.
     """
 
     equations: Equations
@@ -63,6 +66,7 @@ class OneSided:
     signs: tuple[Expr, ...]
     continuous: tuple[Expr, ...]
     written: tuple[Expr, ...]
+    switches: tuple[int, ...] = ()
 
 
 def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
@@ -71,17 +75,21 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
     ``parts`` are those of :func:`.expressions.calls_and_powers`.
     """
     further = distinct_parts(_beside_forces(equations))
-    if {*KINKED, Tabulated}.isdisjoint(map(type, chain(parts, further))):
+    switches = tuple(k for k, state in enumerate(equations.system.states) if state.switch)
+    if not switches and {*KINKED, Tabulated}.isdisjoint(map(type, chain(parts, further))):
         return None
     moving = {equations.system.t, *(u.symbol for u in equations.system.inputs)}
     moving |= set(equations.system.state_symbols)
     sides = _Sides(frozenset(moving))
     mass = tuple(_row(row, sides.smooth) for row in equations.system.mass_matrix)
     forcing = tuple(map(sides.smooth, equations.system.forcing))
-    states = tuple(replace(s, rate=sides.smooth(s.rate)) for s in equations.system.states)
+    states = tuple(s.rewritten(sides.smooth) for s in equations.system.states)
     closures = tuple(_closure(closure, sides.smooth) for closure in equations.system.closures)
     contacts = tuple(_contact(contact, sides.smooth) for contact in equations.system.contacts)
     continuous = (sides.smooth(equations.system.energy), *_momenta(equations, sides))
+    until = [s.switch.until(s.symbol) for s in states if s.switch]
+    for expression in until:
+        sides.add(expression)
     if not sides.surfaces:
         return None
     weights = [*sides.above, *sides.below]
@@ -101,7 +109,8 @@ def one_sided(equations: Equations, parts: Sequence[Expr]) -> OneSided | None:
         tuple(sides.surfaces),
         tuple(up - down for up, down in zip(sides.above, sides.below, strict=True)),
         continuous,
-        tuple(sides.numbers),
+        (*sides.numbers, *until),
+        switches,
     )
 
 
@@ -182,6 +191,13 @@ class _Sides:
             self._smooth[expression] = self._smoothed(expression)
         return self._smooth[expression]
 
+    def add(self, surface: Expr) -> None:
+        """Add a surface with the weights of its sides."""
+        number = len(self.surfaces)
+        self.surfaces.append(surface)
+        self.above.append(sympy.Symbol(f"above({number})", real=True))
+        self.below.append(sympy.Symbol(f"below({number})", real=True))
+
     def is_plain(self, e: Expr) -> bool:
         """Tell if nothing in an expression has a kink; parts that expressions share are known."""
         plain = e in self._plain
@@ -249,10 +265,8 @@ class _Sides:
             weights = (_ONE, 1 - _ONE) if key >= 0 else (1 - _ONE, _ONE)
             return *weights, sign
         if key not in self.numbers:
-            number = self.numbers[key] = len(self.surfaces)
-            self.surfaces.append(sign * smooth)
-            self.above.append(sympy.Symbol(f"above({number})", real=True))
-            self.below.append(sympy.Symbol(f"below({number})", real=True))
+            self.numbers[key] = len(self.surfaces)
+            self.add(sign * smooth)
         k = self.numbers[key]
         return self.above[k], self.below[k], sign
 

@@ -146,8 +146,8 @@ class Trajectory(Reported):
     remarks
         Words that say what was done otherwise than the scene's coordinates suggest.
     exempt
-        Sample times as close to a jump of velocities as the estimated error of its time;
-        velocities there are outside of the promise.
+        Sample times as close to a jump of velocities, or of a state with two values, as the
+        estimated error of its time; these are outside of the promise there.
     written
         Name of the file that has all samples; None if memory has them.
     decimated

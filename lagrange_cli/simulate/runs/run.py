@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators import Control, Integrator, Rhs, start_integrator
-from lagrange_cli.simulate.integrators.base import SavedState, Slides, UnfitError
+from lagrange_cli.simulate.integrators.base import SavedState, Slides, Toggles, UnfitError
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import ContactMotion
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     ContactMode,
@@ -141,6 +141,11 @@ class Run:
     def switches(self) -> Sequence[ModeChange]:
         """Changes of contacts so far."""
         return () if self._contacts is None else self._contacts.switches
+
+    @property
+    def toggles(self) -> Toggles:
+        """Changes of states with two values so far."""
+        return self._integrator.toggles
 
     @property
     def slides(self) -> Slides:

@@ -55,6 +55,8 @@ class ModelSurfaces(Surfaces):
         The number of parameters that the other functions read.
     positional
         See :class:`.hybrid.surfaces.Surfaces`.
+    switches
+        See :class:`.right_hand_side.Surfaces`.
     continuous
         How many quantities do not jump where no impulse acts.
     """
@@ -67,11 +69,13 @@ class ModelSurfaces(Surfaces):
         first: int,
         known: int,
         positional: tuple[bool, ...],
+        switches: tuple[int, ...],
         continuous: int,
         coordinates: int,
     ) -> None:
         count = len(positional)
-        self.positional = positional
+        self.positional, self.switches = positional, switches
+        self._kinks = count - len(switches)
         self._code, self._name, self._parameters = code, name, np.array(parameters)
         self._layout, self._known, self._n = _Layout(first, count), known, coordinates
         self._sides: dict[SurfaceSides, Rhs] = {}
@@ -100,6 +104,16 @@ class ModelSurfaces(Surfaces):
         return surfaces
 
     def values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
+        values, sizes = self._all_values(t, y, sides)
+        # No motion is on the surface of a switch: behind it another one holds.
+        values[self._kinks :] = sizes[self._kinks :] = 1.0
+        return values, sizes
+
+    def until_switched(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
+        values, sizes = self._all_values(t, y, sides)
+        return values[self._kinks :], sizes[self._kinks :]
+
+    def _all_values(self, t: float, y: Array, sides: SurfaceSides) -> tuple[Array, Array]:
         self._layout.weigh(self._side_parameters, sides)
         values, sizes = _row(self._values, t, y).reshape(2, -1)
         return values, sizes
@@ -152,11 +166,12 @@ def surfaces_maker(model: Model, code: Callable[[int], ModelCode]) -> MakeSurfac
     """Make the maker of surfaces of right-hand sides; None if the model has none."""
     if not model.surfaces:
         return None
+    switches = tuple(model.layout.place("z", k) for k in model.switches)
 
     def surfaces(pattern: int, kind: str, parameters: Array) -> ModelSurfaces:
         name = f"sided_{kind}{'disturbed' if pattern else 'rhs'}"
         first, known = len(model.parameters), len(parameter_values(model))
-        places = first, known, model.surfaces, model.continuous, len(model.coordinates)
+        places = first, known, model.surfaces, switches, model.continuous, len(model.coordinates)
         return ModelSurfaces(code(pattern), name, parameters, *places)
 
     return surfaces

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
     from lagrange_cli.mechanics.equations import ShownEquation
+    from lagrange_cli.mechanics.kinks import Switch
     from lagrange_cli.mechanics.system import State
 
 
@@ -310,8 +311,8 @@ def states(writer: DocumentWriter) -> Section | None:
     listed = [s for s in writer.equations.system.states if s.name not in memory]
     if not listed:
         return None
-    return section(
-        say("States of first order"),
+    moving = [s for s in listed if s.switch is None]
+    rates = [
         Paragraph(
             say(
                 "The rates of these numbers are given; they are no degrees of freedom, and have"
@@ -319,9 +320,27 @@ def states(writer: DocumentWriter) -> Section | None:
             ),
             only="document",
         ),
-        formulas([writer.row(symbol(s.name, 1, s.latex), s.rate) for s in listed], result=True),
+        formulas([writer.row(symbol(s.name, 1, s.latex), s.rate) for s in moving], result=True),
+    ]
+    return section(
+        say("States of first order") if moving else say("States with two values"),
+        *(rates if moving else ()),
+        *(_switch(writer, s, s.switch) for s in listed if s.switch is not None),
         _described(listed),
         Paragraph(say("States are no degrees of freedom."), only="terminal"),
+    )
+
+
+def _switch(writer: DocumentWriter, state: State, switch: Switch) -> Paragraph:
+    """Say when a state with two values changes."""
+    on, off = (Inline(at_least(Expression(writer.tree(e)))) for e in (switch.on, switch.off))
+    return Paragraph(
+        say(
+            "{name} becomes 1 where {on}, and 0 where {off}; elsewhere it stays as it is.",
+            name=Inline(symbol(state.name, 0, state.latex)),
+            on=on,
+            off=off,
+        )
     )
 
 

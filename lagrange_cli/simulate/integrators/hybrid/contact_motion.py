@@ -18,7 +18,13 @@ import numpy as np
 
 from lagrange_cli.phrases import Phrase
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.integrators.base import Control, Integrator, SavedState, Slides
+from lagrange_cli.simulate.integrators.base import (
+    Control,
+    Integrator,
+    SavedState,
+    Slides,
+    Toggles,
+)
 from lagrange_cli.simulate.integrators.events import RISES
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
     TOUCHING,
@@ -88,6 +94,7 @@ class ContactMotion(HybridMotion):
         self.grazes: list[NearContact] = []
         self._seen = 0
         self._slid: list[tuple[int, float, float]] = []
+        self._toggled: list[tuple[int, float]] = []
         self._looked: tuple[Array, tuple[Gaps, Array, Array]] | None = None
         self._fastest: dict[int, float] = {}
         self._reset(_START, "contact")
@@ -106,6 +113,10 @@ class ContactMotion(HybridMotion):
         self._seen = len(run.dips)
 
     @property
+    def toggles(self) -> Toggles:
+        return (*self._toggled, *(() if self._run is None else self._run.toggles))
+
+    @property
     def slides(self) -> Slides:
         return (*self._slid, *(() if self._run is None else self._run.slides))
 
@@ -114,6 +125,7 @@ class ContactMotion(HybridMotion):
         if self._run is not None:
             ended = ((k, start, min(end, self.t)) for k, start, end in self._run.slides)
             self._slid += [slide for slide in ended if slide[2] > slide[1]]
+            self._toggled += self._run.toggles
 
     def _pass(self, event: int) -> bool:
         self._end_piece()
@@ -323,6 +335,7 @@ class ContactMotion(HybridMotion):
             "switches": tuple(switches),
             "grazes": tuple(tuple(vars(dip).values()) for dip in self.grazes),
             "slid": tuple(self._slid),
+            "toggled": tuple(self._toggled),
             "fastest": tuple(self._fastest.items()),
             "stuck": None if self.stuck is None else (self.stuck.reason, self.stuck.contacts),
         }
@@ -332,6 +345,7 @@ class ContactMotion(HybridMotion):
         self.switches = [ModeChange(*fields) for fields in state["switches"]]
         self.grazes = [NearContact(*fields) for fields in state["grazes"]]
         self._fastest, self._slid = dict(state["fastest"]), list(state["slid"])
+        self._toggled = list(state["toggled"])
         self._bounces = {contact: list(times) for contact, times in state["bounces"]}
         self._closed, self.began = state["closed"], state["began"]
         if state["stuck"] is not None:

@@ -20,6 +20,7 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     SavedState,
     Slides,
+    Toggles,
 )
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import ContactMotion
 from lagrange_cli.simulate.integrators.hybrid.contact_system import (
@@ -60,6 +61,7 @@ class SampledMotion(Integrator):
         self._first_step = control.first_step
         self._ended = False
         self._slid: Slides = ()
+        self._toggled: Toggles = ()
         self._switches: list[ModeChange] = []
         self._grazes: list[NearContact] = []
         self._run: Integrator | None = None
@@ -132,6 +134,7 @@ class SampledMotion(Integrator):
             self._past = self.steps, self.evaluations, self.remade
             self._first_step = _GROWTH * (run.t_end - self._piece[0]) / max(run.steps, 1)
             self._slid, self._switches = self.slides, self.switches
+            self._toggled = self.toggles
             self._grazes = self.grazes
         self.t = min(time, self.t_end)
         if time <= self.t_end:
@@ -158,6 +161,10 @@ class SampledMotion(Integrator):
                 self._switches.append(ModeChange(self.t, k, kind, self.y, self.y, run.began))
 
     # Contacts and surfaces, over all pieces.
+
+    @property
+    def toggles(self) -> Toggles:
+        return (*self._toggled, *(() if self._run is None else self._run.toggles))
 
     @property
     def slides(self) -> Slides:
@@ -198,6 +205,7 @@ class SampledMotion(Integrator):
             "ended": self._ended,
             "piece": self._piece,
             "slid": self._slid,
+            "toggled": self._toggled,
             "began": self.began,
             "switches": tuple(
                 (s.t, s.contact, s.kind, s.before, s.after, s.flags) for s in self._switches
@@ -210,6 +218,7 @@ class SampledMotion(Integrator):
     def restore(self, state: SavedState) -> None:
         self._numbers, self._past = list(state["numbers"]), state["past"]
         self._slid, self.began = state["slid"], state["began"]
+        self._toggled = state["toggled"]
         self._switches = [ModeChange(*fields) for fields in state["switches"]]
         self._grazes = [NearContact(*fields) for fields in state["grazes"]]
         self.t, self.y, self._first_step = state["piece"]

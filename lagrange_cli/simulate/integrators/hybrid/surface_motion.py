@@ -11,8 +11,9 @@ one of these is possible, the motion is not determined.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,9 +26,13 @@ from lagrange_cli.simulate.integrators.base import (
     Integrator,
     SavedState,
     Slides,
+    Toggles,
 )
 from lagrange_cli.simulate.integrators.events import RISES, TerminalEvents, ZeroCrossing
-from lagrange_cli.simulate.integrators.hybrid.meeting import NOT_ONE_COMBINATION, settled
+from lagrange_cli.simulate.integrators.hybrid.meeting import (
+    NOT_ONE_COMBINATION,
+    settled,
+)
 from lagrange_cli.simulate.integrators.hybrid.motion import (
     CHATTER,
     TOGETHER,
@@ -35,6 +40,7 @@ from lagrange_cli.simulate.integrators.hybrid.motion import (
     HybridMotion,
 )
 from lagrange_cli.simulate.integrators.hybrid.sliding import SlidingRhs
+from lagrange_cli.simulate.integrators.hybrid.switches import RESTLESS, SwitchPlace, switched
 from lagrange_cli.simulate.integrators.right_hand_side import (
     Rhs,
     SurfaceSides,
@@ -85,9 +91,10 @@ class SurfaceMotion(HybridMotion):
         self._dips: list[ZeroCrossing] = []
         self._slid: list[tuple[int, float, float]] = []
         self._since: dict[int, float] = {}
+        self._toggled: list[tuple[int, float]] = []
         self._sides: SurfaceSides = (1.0,) * len(self._surfaces.positional)
         self._corners: tuple[SurfaceSides, ...] = (self._sides,)
-        self._settle(())
+        self._settle((), self._switch(at_start=True))
 
     # Pieces.
 
@@ -99,6 +106,10 @@ class SurfaceMotion(HybridMotion):
     @property
     def dips(self) -> list[ZeroCrossing]:
         return [*self._dips, *([] if self._run is None else self._run.dips)]
+
+    @property
+    def toggles(self) -> Toggles:
+        return tuple(self._toggled)
 
     @property
     def slides(self) -> Slides:
@@ -182,29 +193,49 @@ class SurfaceMotion(HybridMotion):
         most = CHATTER * len(self._sides)
         del self._crossings[:-most]
         crowded = len(self._crossings) == most and self.t - self._crossings[0] <= self._together
-        if crowded or self._count >= _MOST_CROSSINGS:
-            self._failure = CROWDED
-            return
         sliding = self._sliding(self._sides)
         end = event - (len(self._sides) - len(sliding))
-        if not sliding or end < 0:
+        switch = event - (len(self._sides) - len(sliding) - len(self._surfaces.switches))
+        if crowded or self._count >= _MOST_CROSSINGS:
+            self._failure = RESTLESS if end < 0 <= switch else CROWDED
+        elif end < 0 <= switch:
+            self._settle(self._together_with(sliding), self._switch(switch))
+        elif end < 0:
             met = [k for k in range(len(self._sides)) if k not in sliding][event]
-            self._settle(self._together_with(met, sliding))
+            self._settle(self._together_with((met, *sliding)), self._switch())
         elif end == 2 * len(sliding):
             self._failure = NOT_ONE_COMBINATION
         else:
             self._leave_surface(sliding[end // 2], 1.0 if end % 2 == 0 else -1.0)
 
-    def _together_with(self, met: int, sliding: Sequence[int]) -> list[int]:
-        """List a surface that is met, those that hold the motion, and those that are crossed within
-        the error of the time at which it is met."""
+    def _together_with(self, met: Sequence[int]) -> list[int]:
+        """List surfaces that are met, or hold the motion, and those that are crossed within the
+        error of the time at which they are met."""
+        sliding = self._sliding(self._sides)
         side = self._slide(sliding) if sliding else self._surfaces.side(self._sides)
         slope, near = side(self.t, self.y), np.zeros(len(self._sides), dtype=bool)
         for sides in self._corners:
             values, _ = self._surfaces.values(self.t, self.y, sides)
             rates = self._surfaces.rates(self.t, self.y, sides, slope)
             near |= np.abs(values) <= self._together * np.abs(rates.first)
-        return sorted({met, *sliding, *np.flatnonzero(near).tolist()})
+        return sorted({*met, *np.flatnonzero(near).tolist()})
+
+    def _switch(self, met: int | None = None, *, at_start: bool = False) -> dict[int, float] | str:
+        """Change the states with two values whose conditions hold, and the one whose condition is
+        met; return the surfaces of those that are at their next condition but for errors, with
+        these; or why states have no values."""
+        places = self._surfaces.switches
+        if not places:
+            return {}
+        late = 0.0 if at_start else self._together
+        at = SwitchPlace(self._surfaces, self._sides, self.t, self.y, late, self._tolerances)
+        change = switched(at, () if met is None else (met,))
+        if isinstance(change, str):
+            return change
+        self.y = change.y
+        self._toggled += [(places[k], self.t) for k in change.toggled]
+        first = len(self._sides) - len(places)
+        return {first + k: error for k, error in change.at_conditions.items()}
 
     def _leave_surface(self, k: int, side: float) -> None:
         """Leave a surface along which the motion slid, to the side that no longer pushes back."""
@@ -268,8 +299,12 @@ class SurfaceMotion(HybridMotion):
     def _sliding(self, sides: SurfaceSides) -> tuple[int, ...]:
         return tuple(k for k, side in enumerate(sides) if abs(side) < 1)
 
-    def _settle(self, met: Sequence[int]) -> None:
-        """Determine the sides behind surfaces that are met, and begin the next piece."""
+    def _settle(self, met: Sequence[int], at_conditions: dict[int, float] | str) -> None:
+        """Determine the sides behind surfaces that are met, and begin the next piece, at the
+        conditions of some states with two values; or end here if these have no values."""
+        if isinstance(at_conditions, str):
+            self._failure = at_conditions
+            return
         before = self._sides
         chosen = settled(self._surfaces, self.t, self.y, self._corners, met)
         if isinstance(chosen, str):
@@ -277,7 +312,7 @@ class SurfaceMotion(HybridMotion):
         elif self._jumps(before if met else chosen.sides, chosen.sides):
             self._failure = IMPULSIVE
         else:
-            self._start_piece(chosen.sides, chosen.corners, chosen.on)
+            self._start_piece(chosen.sides, chosen.corners, chosen.on, at_conditions)
 
     def _jumps(self, before: SurfaceSides, after: SurfaceSides) -> bool:
         """Tell whether energy or momenta jump at the surfaces, for the same state."""
@@ -288,9 +323,17 @@ class SurfaceMotion(HybridMotion):
         return SlidingRhs(self._surfaces, sliding, self._corners)
 
     def _start_piece(
-        self, sides: SurfaceSides, corners: tuple[SurfaceSides, ...], on: Sequence[int]
+        self,
+        sides: SurfaceSides,
+        corners: tuple[SurfaceSides, ...],
+        on: Sequence[int],
+        errors: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
-        """Begin a piece here on these sides, unless nothing is left of the motion."""
+        """Begin a piece here on these sides, unless nothing is left of the motion.
+
+        ``on``: surfaces on which it begins; others on which it does, with their errors, are in
+        ``errors``.
+        """
         self._sides, self._corners = sides, corners
         sliding = self._sliding(sides)
         self._note_slides(sliding)
@@ -299,11 +342,13 @@ class SurfaceMotion(HybridMotion):
         if sliding:
             moved = self._slide(sliding).onto_surfaces(self.t, self.y)
             self.y = moved if np.isfinite(moved).all() else self.y
-        signs = tuple(RISES if k in on else 1.0 for k in range(len(sides)))
+        signs = tuple(RISES if k in on or k in errors else 1.0 for k in range(len(sides)))
         noise = np.zeros(len(sides))
         values, _ = self._surfaces.values(self.t, self.y, sides)
         for k in on:
             noise[k] = self._noise(k, sides, values)
+        for k, error in errors.items():
+            noise[k] = error
         self._begin_piece(signs, tuple(noise.tolist()))
 
     def _noise(self, k: int, sides: SurfaceSides, values: Array) -> float:
@@ -312,13 +357,17 @@ class SurfaceMotion(HybridMotion):
         rates = self._surfaces.rates(self.t, self.y, sides, slope)
         if rates.leading(k, self._surfaces.positional[k]) != 0:
             return 0.0
-        tolerances = self._control.atol + self._control.rtol * np.abs(self.y)
         noise = 0.0
-        for i, tolerance in enumerate(tolerances):
+        for i, tolerance in enumerate(self._tolerances):
             moved = self.y.copy()
             moved[i] += tolerance
             noise += abs(self._surfaces.values(self.t, moved, sides)[0][k] - values[k])
         return float(noise)
+
+    @property
+    def _tolerances(self) -> Array:
+        """The tolerance of steps in each component here, shape (2n,)."""
+        return np.asarray(self._control.atol + self._control.rtol * np.abs(self.y))
 
     # Going on.
 
@@ -330,6 +379,7 @@ class SurfaceMotion(HybridMotion):
             "corners": self._corners,
             "stuck": self._failure,
             "slid": tuple(self._slid),
+            "toggled": tuple(self._toggled),
             "since": tuple(self._since.items()),
         }
         return {**super().state(), **values}
@@ -339,4 +389,5 @@ class SurfaceMotion(HybridMotion):
         self._count, self._failure = state["count"], state["stuck"]
         self._sides, self._corners = state["sides"], state["corners"]
         self._slid, self._since = list(state["slid"]), dict(state["since"])
+        self._toggled = list(state["toggled"])
         super().restore(state)
