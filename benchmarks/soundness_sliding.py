@@ -725,7 +725,8 @@ def judged(start: Start) -> Result:
     for name, place in names.items():
         own = run.columns[name]
         errors = [abs(float(mpf(float(a)) - z[place])) for a, z in zip(own, exact, strict=False)]
-        worst = max(worst, max(errors, default=0.0) / run.scales[name])
+        # Of a body that stays at rest the 40 digits leave rounding, which is no motion.
+        worst = max(worst, max(errors, default=0.0) / max(run.scales[name], float(ZERO)))
     too_long = len(exact) < len(run.t) and float(run.t[len(exact)]) > float(end) + 1e-6
     return Result(start, run.status, run.reason, worst / start.accuracy, counts, too_long)
 

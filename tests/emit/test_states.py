@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from lagrange_cli import loads
+from lagrange_cli import InputError, loads
 from tests.emit import contact_systems as contacts
 from tests.emit.emitted_c import compiler, run, write
 
@@ -61,3 +61,59 @@ def test_impacts_stay_within_their_arrays(name, tmp_path):
     run(compiler(), "-std=c99", "-g", *sanitize, source, "-o", tmp_path / "a.out", "-lm")
     done = subprocess.run([tmp_path / "a.out"], capture_output=True, text=True, check=True)
     assert "contact:" in done.stderr
+
+
+RELAY = """
+name: relay
+coordinates: [x]
+kinetic: {block: dot(x)^2/2}
+states:
+  s: (x - s)/2
+  r: {on: x <= -0.3, off: x + s >= 0.5}
+forces: {push: {on: x, force: 3*r - x}}
+initial: {x: 0, dot(x): 1, s: 0.2, r: 0}
+"""
+
+ASKED = """\
+#include "relay.h"
+#include <stdio.h>
+
+int main(void)
+{
+    relay_params p;
+    double y[4] = {0.7, 2.0, 0.4, 0.0}, work[relay_WORK], out[relay_SWITCHES], dydt[4];
+    relay_defaults(&p);
+    for (; y[3] < 2.0; y[3] += 1.0) {
+        int status = relay_switches(0.0, y, 0, &p, work, out);
+        status += relay_rhs(0.0, y, 0, &p, work, dydt);
+        printf("%d,%g,%g,%g\\n", status, out[0], dydt[1], dydt[3]);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.compiler
+def test_c_tells_when_a_state_changes_between_its_two_values(tmp_path):
+    for name, text in loads(RELAY).derive().emit("c").items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "asked.c").write_text(ASKED, encoding="utf-8")
+    cc = shutil.which("cc")
+    if cc is None:
+        pytest.skip("no C compiler is installed")
+    words = [cc, "-O1", "-Wall", "-Werror", "relay.c", "asked.c", "-o", "asked", "-lm"]
+    subprocess.run(words, cwd=tmp_path, check=True)
+    done = subprocess.run("./asked", cwd=tmp_path, capture_output=True, text=True, check=True)
+    # Off: x is 1 above where it would be turned on; on: x + s is 0.6 above where it is turned off.
+    assert done.stdout.splitlines() == ["0,1,-0.7,0", "0,-0.6,2.3,0"]
+
+
+@pytest.mark.parametrize("to", ["python", "javascript", "fortran", "octave", "cpp", "rust", "fmu"])
+def test_runs_that_would_not_change_such_a_state_are_refused(to):
+    with pytest.raises(InputError, match="does not find where the state 'r' changes"):
+        loads(RELAY).derive().emit(to)
+
+
+def test_a_main_that_would_not_change_it_is_refused():
+    with pytest.raises(InputError, match=r"the program of --main does not find where .* 'r'"):
+        loads(RELAY).derive().emit("c", main=True)

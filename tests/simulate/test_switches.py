@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,10 +20,8 @@ from lagrange_cli.mechanics import derive
 from lagrange_cli.scene import read_text
 from lagrange_cli.simulate import Trajectory, simulate
 from lagrange_cli.simulate.arrays import Array
-from lagrange_cli.simulate.checkpoint.checkpoint import Checkpoint
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
-from lagrange_cli.simulate.runs import run as runs
 from lagrange_cli.simulate.system.functions import interpreted
 
 _RELAY = """
@@ -160,17 +157,6 @@ def test_methods_with_an_interpolant_find_the_changes(method: str) -> None:
 def test_methods_without_an_interpolant_are_refused(method: str) -> None:
     with pytest.raises(InputError, match="has no interpolant on which to find where 'r' changes"):
         simulate(model(), method=method, step=1e-3)
-
-
-def test_a_checkpoint_goes_on_bit_for_bit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runs, "FIRST_LOOK", 16)
-    monkeypatch.setattr(runs, "FASTER", 1.0)
-    made, calls = model(), iter(range(10**6))
-    whole, path = simulate(made), str(tmp_path / "state")
-    stopped = simulate(made, checkpoint=Checkpoint(path), stop=lambda: next(calls) >= 12)
-    assert stopped.status == "stopped"
-    resumed = simulate(made, checkpoint=Checkpoint(path, resume=True))
-    assert all((resumed.columns[name] == column).all() for name, column in whole.columns.items())
 
 
 def test_a_condition_that_holds_at_the_start_counts() -> None:

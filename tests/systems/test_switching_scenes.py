@@ -72,3 +72,27 @@ def test_a_block_sticks_to_its_belt_until_the_spring_overcomes_the_friction() ->
     assert x == pytest.approx(1.5 / 4, abs=1e-2)
     lasting = [b.start - a.end for a, b in zip(run.slides[:-1], run.slides[1:], strict=True)]
     assert lasting[1:] == pytest.approx(np.full(len(lasting) - 1, lasting[1]), abs=1e-7)
+
+
+def test_a_governed_engine_goes_through_its_limit_cycle() -> None:
+    run = simulated("hit_and_miss_engine")
+    assert run.status == "ok"
+    # The speed goes from 10 to 14 towards 24 where the engine fires, and back towards 0.
+    rises, falls = 4 * math.log((24 - 10) / (24 - 14)), 4 * math.log(14 / 10)
+    assert float(run.t[-1]) == pytest.approx(4 * rises + 3 * falls, abs=1e-9)
+    phase = run.t % (rises + falls)
+    clear = (np.abs(phase - rises) > 1e-3) & (phase > 1e-3) & (phase < rises + falls - 1e-3)
+    assert run.columns["firing"][clear].tolist() == (phase[clear] < rises).astype(float).tolist()
+    speed = np.where(phase < rises, 24 - 14 * np.exp(-phase / 4), 14 * np.exp((rises - phase) / 4))
+    assert run.columns["dot(phi)"][clear] == pytest.approx(speed[clear], abs=1e-8)
+
+
+def test_a_slider_goes_with_its_pin_beyond_the_play() -> None:
+    run = simulated("slider_with_play")
+    assert run.status == "ok"
+    z = 0.75
+    for x, place in zip(np.cos(run.t), run.columns["z"], strict=True):
+        z = min(max(z, x - 0.25), x + 0.25)
+        assert abs(place - z) < 0.1  # samples miss where the pin turns back
+    later = run.t > 0.1
+    assert run.columns["z"][later].max() <= 0.75 + 1e-8

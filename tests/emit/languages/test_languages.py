@@ -23,7 +23,7 @@ from tests.emit.languages.javascript import JavaScript
 from tests.emit.languages.octave import Octave
 from tests.emit.languages.reference import calls, derivatives, states_at
 from tests.emit.languages.rust import Rust
-from tests.systems.shipped import APART, SCENES, SLICE, derived
+from tests.systems.shipped import APART, SCENES, SLICE, SWITCHED, derived
 
 DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran(), Octave(), Rust(), Cpp())}
 
@@ -52,7 +52,7 @@ def _solvers(equations):
     return {step.routine for step in steps if isinstance(step, Solve)}
 
 
-ALL = [*SCENES, *APART]
+ALL = [name for name in (*SCENES, *APART) if name not in SWITCHED]
 
 
 def in_parts(chosen, number):

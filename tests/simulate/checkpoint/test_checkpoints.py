@@ -79,7 +79,18 @@ initial: {x: 0, z: 2, dot(x): 1, s: 0}
 simulate: {until: 20}
 """
 
-SCENES = {"pendulum": PENDULUM, "ball": BALL, "rod": ROD, "driven": DRIVEN, "sampled": SAMPLED}
+RELAY = """
+coordinates: [x]
+kinetic: {block: dot(x)^2/2}
+potentials: {spring: x^2}
+states: {r: {on: x <= -0.3, off: x >= 0.5}}
+forces: {push: {on: x, force: 3*r - 0.2*dot(x)}}
+initial: {x: 0, dot(x): 1, r: 0}
+simulate: {until: 20}
+"""
+
+KINDS = {"ball": BALL, "rod": ROD, "driven": DRIVEN, "sampled": SAMPLED, "relay": RELAY}
+SCENES = {"pendulum": PENDULUM, **KINDS}
 
 
 @pytest.fixture(autouse=True)
@@ -135,11 +146,7 @@ def how_of(method):
 #: Each method, and each kind of scene with a few of them.
 PAIRS = [
     *(("pendulum", method.name) for method in INTEGRATORS.values() if method.resumes),
-    *(
-        (name, method)
-        for name in ("ball", "rod", "driven", "sampled")
-        for method in ("DOP853", "BDF")
-    ),
+    *((name, method) for name in KINDS for method in ("DOP853", "BDF")),
     *((name, "Radau") for name in ("rod", "driven")),
     *((name, "Gauss6") for name in ("rod", "driven")),
 ]

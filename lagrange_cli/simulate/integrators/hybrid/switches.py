@@ -133,7 +133,8 @@ def switched(at: SwitchPlace, met: Sequence[int]) -> Switched | str:
     if (values[toggled] < -errors[toggled]).any():
         return BOTH
     rates, rate_errors = at.rates(y)
-    if any(abs(values[k]) <= errors[k] and rates[k] < -rate_errors[k] for k in toggled):
+    # Before the change their functions fell, and behind it they fall again.
+    if any(abs(values[k]) <= errors[k] and rates[k] < -rate_errors[k] for k in met):
         return RESTLESS
     near = {k: float(errors[k]) for k in toggled if abs(values[k]) <= errors[k]}
     return Switched(y, tuple(toggled), near)
