@@ -103,18 +103,9 @@ class Input:
 
 @dataclass(frozen=True)
 class State:
-    """A state of first order, ẋ = ``rate``, or one with two values, whose rate is 0.
+    """A state of first order, ẋ = ``rate``, or of two values that a ``switch`` sets, and rate 0.
 
-    Attributes
-    ----------
-    name, symbol
-        Its name in the scene, and its symbol.
-    rate
-        Its time derivative over coordinates, velocities, states, inputs and t.
-    unit, description, latex
-        Texts of the scene, None if absent.
-    switch
-        What sets its two values, None if it has a rate.
+    The rate is over coordinates, velocities, states, inputs and t.
     """
 
     name: str
@@ -208,18 +199,9 @@ class CartesianName:
 
 @dataclass(frozen=True)
 class BodyForce:
-    """A non-conservative force of the scene, or a torque.
+    """A non-conservative force, or a torque, ``on`` a particle, point, body or coordinate.
 
-    Attributes
-    ----------
-    name, on
-        Its name, and that of the particle, point or coordinate it acts on.
-    components
-        Along x, y, z; one only on a coordinate.
-    generalized
-        Generalized force Q on each coordinate.
-    is_torque
-        True of a torque on a body.
+    ``components`` are along x, y, z, one only on a coordinate; ``generalized`` is Q of each one.
     """
 
     name: str

@@ -19,6 +19,7 @@ from lagrange_cli.scene.declared_numbers import (
     SampledValue,
 )
 from lagrange_cli.scene.language.expression import Expression, Name, Number, names_in
+from lagrange_cli.scene.language.grammar import INEQUALITIES
 from lagrange_cli.scene.language.problems import shown
 from lagrange_cli.scene.language.tokens import IDENTIFIER
 from lagrange_cli.scene.model import (
@@ -150,26 +151,16 @@ def _state(
         first = _SWITCH if is_switch else (moved_by, "unit")
         known = (*first, "description", "latex")
         fields = reading.fields(node, what, known, required=_SWITCH if is_switch else (moved_by,))
-    switch = _switch(fields, what, reading)
+    named = ((fields[k], f"'{k}' of {what}") for k in _SWITCH if k in fields)
+    both = list(filter(None, (reading.equation(*entry, INEQUALITIES) for entry in named)))
+    switch = DeclaredSwitch(*both) if len(both) == len(_SWITCH) else None
     moved = _zero(key.mark) if switch else None
     if moved_by in fields:
         moved = reading.expression(fields[moved_by], f"the {moved_by} of {what}")
-    texts = (
-        read_text_field(fields, "unit", what, reading),
-        _description(fields, what, reading),
-        with_indices(read_latex(fields, what, reading), key.text),
-    )
+    unit = read_text_field(fields, "unit", what, reading)
+    description = _description(fields, what, reading)
+    texts = unit, description, with_indices(read_latex(fields, what, reading), key.text)
     return None if moved is None else DeclaredState(key.text, key.mark, moved, *texts, switch)
-
-
-def _switch(fields: dict[str, SourceNode], what: str, reading: Reading) -> DeclaredSwitch | None:
-    """Read the inequalities by which a state becomes 1 and 0; None if it has a rate."""
-    if not all(name in fields for name in _SWITCH):
-        return None
-    on, off = (
-        reading.equation(fields[name], f"'{name}' of {what}", (">=", "<=")) for name in _SWITCH
-    )
-    return None if on is None or off is None else DeclaredSwitch(on, off)
 
 
 #: Keys of a controller.
