@@ -33,7 +33,8 @@ the output of
 
 The difference is that of the page's motion from the simulated one, over the scales of its numbers,
 at the scene's own settings. A motion that takes more than 200,000 steps is shown up to there, and
-the page says so: sliding along a kink, which the page does not follow, is one.
+the page says so: sliding along a kink, which the page does not follow, is one. A step is one of the
+method of Runge and Kutta of order 4, in CPU time, of emitted JavaScript and of emitted C.
 
 """
 
@@ -61,6 +62,65 @@ def driven(files: list[Path]) -> list[dict[str, Any]]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+#: Steps of the method of Runge and Kutta by which emitted C and JavaScript are compared.
+STEPS = 1_000_000
+
+C_STEPS = """\
+#include <stdio.h>
+#include <time.h>
+#include "double_pendulum.h"
+int main(void) {
+    double_pendulum_params p;
+    double work[double_pendulum_WORK + 1], y[4] = {1.5, 2.0, 0.0, 0.0}, k[4][4], z[4];
+    const double h = 1e-4;
+    double_pendulum_defaults(&p);
+    clock_t begin = clock();
+    for (long i = 0; i < @STEPS@; i++) {
+        for (int s = 0; s < 4; s++) {
+            const double c = s == 0 ? 0.0 : s == 3 ? h : h / 2;
+            for (int j = 0; j < 4; j++) z[j] = s ? y[j] + c * k[s - 1][j] : y[j];
+            double_pendulum_rhs(0.0, z, 0, &p, work, k[s]);
+        }
+        for (int j = 0; j < 4; j++) y[j] += h / 6 * (k[0][j] + 2 * (k[1][j] + k[2][j]) + k[3][j]);
+    }
+    printf("%g %g", (double)(clock() - begin) / CLOCKS_PER_SEC, y[0]);
+}
+"""
+
+JAVASCRIPT_STEPS = """\
+import { rhs } from "./double_pendulum.mjs";
+const h = 1e-4, y = [1.5, 2, 0, 0], z = [0, 0, 0, 0], k = [];
+const begin = process.cpuUsage();
+for (let i = 0; i < @STEPS@; i++) {
+  for (let s = 0; s < 4; s++) {
+    const c = s === 0 ? 0 : s === 3 ? h : h / 2;
+    for (let j = 0; j < 4; j++) z[j] = s ? y[j] + c * k[s - 1][j] : y[j];
+    k[s] = rhs(0, z);
+  }
+  for (let j = 0; j < 4; j++) y[j] += (h / 6) * (k[0][j] + 2 * (k[1][j] + k[2][j]) + k[3][j]);
+}
+const used = process.cpuUsage(begin);
+console.log((used.user + used.system) / 1e6, y[0]);
+"""
+
+
+def step_seconds() -> tuple[float, float]:
+    """Return CPU seconds of a step of the double pendulum in JavaScript (V8) and in C (gcc -O2)."""
+    derivation = load(ROOT / "systems/pendulums/double_pendulum.yaml").derive()
+    with tempfile.TemporaryDirectory() as folder:
+        files = {**derivation.emit("c"), **derivation.emit("javascript")}
+        files |= {"steps.c": C_STEPS, "steps.mjs": JAVASCRIPT_STEPS}
+        for name, text in files.items():
+            Path(folder, name).write_text(text.replace("@STEPS@", str(STEPS)), encoding="utf-8")
+        compiled = ["gcc", "-O2", "-o", "steps", "steps.c", "double_pendulum.c", "-lm"]
+        subprocess.run(compiled, cwd=folder, check=True)
+        in_v8, in_c = (
+            float(subprocess.check_output(command, cwd=folder, text=True).split()[0]) / STEPS
+            for command in (["node", "steps.mjs"], ["./steps"])
+        )
+    return in_v8, in_c
+
+
 def table(rows: list[dict[str, Any]]) -> list[str]:
     """Return the lines of the table."""
     shown = [row for row in rows if "failure" not in row]
@@ -69,6 +129,7 @@ def table(rows: list[dict[str, Any]]) -> list[str]:
     worst = max(whole, key=lambda row: row["usual"]["largest"])
     stuck = [Path(row["file"]).stem for row in shown if row["usual"]["status"] != "done"]
     still = [row for row in shown if row["moved"] and row["moved"]["end"] == row["usual"]["end"]]
+    in_v8, in_c = step_seconds()
     counts = {
         "pages": len(rows),
         "that could not be driven": len(rows) - len(shown),
@@ -80,6 +141,7 @@ def table(rows: list[dict[str, Any]]) -> list[str]:
         "median difference": f"{statistics.median(r['usual']['largest'] for r in whole):.1e}",
         "frames a second, median": f"{statistics.median(r['frames'] for r in shown):.0f}",
         "frames a second, least": f"{min(r['frames'] for r in shown):.0f}",
+        "step of the double pendulum in V8, in C": f"{in_v8 * 1e9:.0f} ns, {in_c * 1e9:.0f} ns",
     }
     return ["| counted | |", "|---|---|", *(f"| {k} | {v} |" for k, v in counts.items())]
 
