@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.depiction import (
     PlacedPoint,
     StatedRelation,
 )
+from lagrange_cli.mechanics.diagnosis.errors import unwritten_chain
 from lagrange_cli.mechanics.dynamics.element_motions import body_outlines, element_motions
 from lagrange_cli.mechanics.dynamics.idle_potentials import idle_potential_warnings
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
@@ -99,7 +100,7 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     """
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
-    whole_energy = plain_sum(energy)
+    whole_energy = sp.Add(*energy, evaluate=False) if derivation.by_recursion else plain_sum(energy)
     conserved = conserved_quantities(derivation, evidence, energy, whole_energy)
     structure = structure_facts(derivation)
     announce("finding the initial state")
@@ -206,6 +207,7 @@ def _sources(
         evidence.residuals,
         energy,
         evidence.energy[0],
+        derivation.by_recursion,
     )
 
 
@@ -378,6 +380,8 @@ def _textbook(
     """
     announce("writing the equations")
     reduced = derivation.reduced
+    if derivation.by_recursion:
+        raise unwritten_chain(reduced.scene)
     with explained(reduced.scene):
         return _certified_textbook(derivation, evidence, energy, conserved)
 

@@ -24,6 +24,7 @@ from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.certify.printed import along_motion
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import EnergyBalance
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.proofs.zero_test import are_equal
@@ -48,7 +49,7 @@ def energy_balance(
         It is not the rate of the energy at a state of the certificate.
     """
     reduced = derivation.reduced
-    if not derivation.lagrangian.free_symbols.isdisjoint(reduced.names.external.values()):
+    if not symbols_in(derivation.lagrangian).isdisjoint(reduced.names.external.values()):
         return None
     drag, friction = _friction(derivation)
     rate = sp.Add(_work(derivation), -friction)
@@ -65,7 +66,7 @@ def energy_balance(
 def _friction(derivation: Uncertified) -> tuple[bool, sp.Expr]:
     """Tell whether D is quadratic in velocities, and give Σ q̇ ∂D/∂q̇."""
     drag = derivation.dissipation
-    velocities = [c.v for c in derivation.reduced.coordinates if c.v in drag.free_symbols]
+    velocities = [c.v for c in derivation.reduced.coordinates if c.v in symbols_in(drag)]
     friction = sp.Add(*(v * derivative(drag, v) for v in velocities))
     is_quadratic = friction != 0 and are_equal(friction, _RAYLEIGH * drag)
     return is_quadratic, _RAYLEIGH * drag if is_quadratic else friction

@@ -1,7 +1,6 @@
 """Findings about a system as frozen values: degrees of freedom, facts, forces, certificate.
 
-Besides the findings that pages report, they hold the sources from which code may derive the
-equations anew.
+Beside these that pages report are the sources from which code may derive the equations anew.
 """
 
 from __future__ import annotations
@@ -437,6 +436,8 @@ class DerivationSources:
         The energy function that is shown, which the certificate compared with Σ q̇ ∂L/∂q̇ − L.
     energy_value
         The value of Σ q̇ ∂L/∂q̇ − L there.
+    by_recursion
+        True where M and f are those of a recursion, which shares more than another derivation.
     """
 
     other_lagrangian: Expr
@@ -446,3 +447,4 @@ class DerivationSources:
     residuals: tuple[tuple[mpf, mpf], ...]
     energy: Expr
     energy_value: mpf
+    by_recursion: bool = False

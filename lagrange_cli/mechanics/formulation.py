@@ -180,8 +180,8 @@ def _minimal(reduced: Reduced) -> int:
 def _is_linear(place: sp.Expr, q: set[sp.Symbol]) -> bool:
     """Tell whether every term is a coordinate times what does not move."""
     return all(
-        sum(not f.free_symbols.isdisjoint(q) for f in sp.Mul.make_args(term)) <= 1
-        and all(f in q or f.free_symbols.isdisjoint(q) for f in sp.Mul.make_args(term))
+        sum(not symbols_in(f).isdisjoint(q) for f in sp.Mul.make_args(term)) <= 1
+        and all(f in q or symbols_in(f).isdisjoint(q) for f in sp.Mul.make_args(term))
         for term in sp.Add.make_args(place)
     )
 

@@ -8,7 +8,7 @@ function stands for each: an identity that holds for it at random states holds f
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 
 import mpmath
@@ -43,15 +43,23 @@ def symbols_in(expr: sp.Basic) -> frozenset[sp.Symbol]:
     return known[1]
 
 
-def holds(expr: sp.Basic, *kinds: type[sp.Basic]) -> bool:
-    """Say whether an operation of some kinds stands in an expression."""
-    stack = [expr]
+def distinct_parts(*expressions: sp.Basic) -> Iterator[sp.Basic]:
+    """Yield expressions and all that they are made of, each object once.
+
+    Expressions of long chains share parts at every level: a walk over all paths would not end.
+    """
+    stack, seen = list(expressions), set[int]()
     while stack:
         top = stack.pop()
-        if isinstance(top, kinds):
-            return True
-        stack += top.args
-    return False
+        if id(top) not in seen:
+            seen.add(id(top))
+            yield top
+            stack += top.args
+
+
+def holds(expr: sp.Basic, *kinds: type[sp.Basic]) -> bool:
+    """Say whether an operation of some kinds stands in an expression."""
+    return any(isinstance(part, kinds) for part in distinct_parts(expr))
 
 
 def symbols_of_all(expressions: Iterable[sp.Basic]) -> frozenset[sp.Symbol]:

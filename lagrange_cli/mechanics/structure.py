@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 import numpy as np
@@ -25,9 +25,11 @@ from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.momenta import momentum_of, terms_by_symbol
+from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
+from lagrange_cli.mechanics.elements.body import BodyElement
 from lagrange_cli.mechanics.equations import ShortLagrangian
 from lagrange_cli.mechanics.findings import Conserved, Facts
-from lagrange_cli.mechanics.free_symbols import symbols_in, symbols_of_all
+from lagrange_cli.mechanics.free_symbols import holds, symbols_in, symbols_of_all
 from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.mechanics.numerics.rank import (
     DoubleRow,
@@ -64,14 +66,14 @@ def structure_facts(derivation: Uncertified) -> Facts:
     constant = inertia.isdisjoint(moving)
     diagonal = all(e == 0 for (j, k), e in mass.items() if j != k)
     symbols = inertia | forcing
-    symbols = symbols.union(*(closure.expression.free_symbols for closure in derivation.pushing))
+    symbols = symbols.union(*(symbols_in(closure.expression) for closure in derivation.pushing))
     symbols |= symbols_of_all(e for state in reduced.states for e in state.expressions)
     velocities = {c.v for c in reduced.coordinates}
     positions = [*reduced.resolved.values(), *(c.expression for c in derivation.pushing)]
     # A state has no momentum: no Hamiltonian is its own.
     apart = constant and not forcing & velocities and not reduced.scene.states
     fixed = all(
-        c.kind == "position" and reduced.names.t not in c.expression.free_symbols
+        c.kind == "position" and reduced.names.t not in symbols_in(c.expression)
         for c in derivation.closures
     )
     return Facts(
@@ -111,7 +113,26 @@ def _positive_definite(derivation: Uncertified) -> bool:
     velocities = frozenset(c.v for c in derivation.reduced.coordinates)
     if derivation.closures and not _has_own_inertia(derivation):
         return False
-    return all(_adds_no_deficit(t, velocities) for t in sp.Add.make_args(derivation.extra))
+    extra = derivation.extra
+    if derivation.by_recursion:
+        # The energies of bodies are as long as their chain; their tensors are not.
+        if not all(_is_semidefinite(e.inertia) for e in _bodies(derivation.reduced)):
+            return False
+        terms = raw_terms(derivation.reduced)
+        extra = sp.Add(*terms.declared, *(-u for u in terms.velocity_dependent))
+    return all(_adds_no_deficit(t, velocities) for t in sp.Add.make_args(extra))
+
+
+def _bodies(reduced: Reduced) -> Iterator[BodyElement]:
+    return (e for e in reduced.elements if isinstance(e, BodyElement))
+
+
+def _is_semidefinite(tensor: Sequence[sp.Expr]) -> bool:
+    """Tell whether a tensor of inertia is proven to have no negative moment."""
+    if all(e.is_Rational for e in tensor):
+        return bool(sp.Matrix(3, 3, list(tensor)).is_positive_semidefinite)
+    is_diagonal = all(e == 0 for k, e in enumerate(tensor) if k % 4)
+    return is_diagonal and all(bool(e.is_nonnegative) for e in tensor[::4])
 
 
 def _has_own_inertia(derivation: Uncertified) -> bool:
@@ -124,7 +145,7 @@ def _adds_no_deficit(term: sp.Expr, velocities: frozenset[sp.Symbol]) -> bool:
     degree = degree_bound(term, velocities)
     if degree is None or degree > 2:
         return False
-    return degree < 2 or bool(term.is_nonnegative and not term.has(*KINKED))
+    return degree < 2 or bool(term.is_nonnegative and not holds(term, *KINKED))
 
 
 def _unused(scene: Scene) -> tuple[str, ...]:
@@ -171,9 +192,9 @@ def require_no_rates_of_inputs(derivation: Uncertified) -> None:
     """
     reduced = derivation.reduced
     velocities = {c.v for c in reduced.coordinates}
-    if derivation.extra.free_symbols.isdisjoint(reduced.names.external.values()):
+    if symbols_in(derivation.extra).isdisjoint(reduced.names.external.values()):
         return
-    parts = [e.free_symbols for e in sp.Add.make_args(sp.expand_mul(derivation.extra))]
+    parts = [symbols_in(e) for e in sp.Add.make_args(sp.expand_mul(derivation.extra))]
     coupled = set().union(*(symbols for symbols in parts if symbols & velocities))
     for state in reduced.scene.states:
         if reduced.names.states[state.name] in coupled:
@@ -225,7 +246,7 @@ def require_inertia(derivation: Uncertified, evidence: Evidence) -> None:
     if best is None:
         return
     weakest = coordinates[int(np.abs(best).argmax())]
-    switches = any(e.has(*KINKED) for row in derivation.mass for p in row.values() for e in p)
+    switches = any(holds(e, *KINKED) for row in derivation.mass for p in row.values() for e in p)
     where = "the configurations looked at" if switches else "every configuration"
     raise InputError(
         Problem(
@@ -359,7 +380,7 @@ def _is_even(derivation: Uncertified) -> bool:
     kinetic = derivation.kinetic
     still = at_rest(kinetic, velocities)
     is_even = kinetic.xreplace({v: -v for v in velocities}) == kinetic
-    is_positional = derivation.potential.free_symbols.isdisjoint(velocities)
+    is_positional = symbols_in(derivation.potential).isdisjoint(velocities)
     return bool(still == 0 and is_even and is_positional)
 
 
@@ -382,7 +403,7 @@ def short_lagrangian(derivation: Uncertified) -> ShortLagrangian | None:
     if 0 in (moving, left_out):
         return None
     time = {reduced.names.t, *reduced.names.external.values()}
-    if moving.free_symbols.isdisjoint(time) and not left_out.free_symbols.isdisjoint(time):
+    if symbols_in(moving).isdisjoint(time) and not symbols_in(left_out).isdisjoint(time):
         return None
     terms = sp.Add.make_args(moving)
     still = [term for term in terms if symbols_in(term).isdisjoint(velocities)]
@@ -409,7 +430,7 @@ def total_energy(derivation: Uncertified, evidence: Evidence) -> tuple[sp.Expr, 
     constants = frozenset(derivation.reduced.names.parameters.values())
     parts = []
     for energy, sign in ((derivation.kinetic, 1), (derivation.potential, -1)):
-        slopes = [v * derivative(energy, v) for v in velocities if v in energy.free_symbols]
+        slopes = [v * derivative(energy, v) for v in velocities if v in symbols_in(energy)]
         whole = sign * (sp.Add(*slopes) - energy) if slopes else -sign * energy
         expanded = expand_terms(whole, _TERM_BUDGET) if slopes else None
         if expanded is not None:

@@ -66,6 +66,47 @@ class Shape:
     sizes: tuple[Expression, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """An elementary motion of a frame against the one that it stands on.
+
+    Attributes
+    ----------
+    axis
+        Unit vector along the axes of space.
+    amount
+        The angle, or the displacement along the axis.
+    is_turn
+        True of a turn, False of a displacement of the origin.
+    """
+
+    axis: Vector
+    amount: Expression
+    is_turn: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """A frame in the tree of those that bodies stand on.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    parent
+        The frame that it stands on, None for space.
+    step
+        Its origin from that of the parent, along the axes of space.
+    motions
+        Displacements of its origin along the axes of the parent, then its turns in order.
+    """
+
+    name: str
+    parent: Frame | None
+    step: Vector
+    motions: tuple[Motion, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body(Particle):
     """A rigid body: its mass stands at its centre of mass, whose position it has as a particle.
@@ -82,6 +123,8 @@ class Body(Particle):
         The shape that its inertia is written by, None for moments.
     turns
         Its turns against that, in order.
+    frame
+        Its place in the tree of frames.
     rotation
         Entries of R by rows: columns are its axes, in those of space.
     spin, spin_in_space
@@ -101,6 +144,7 @@ class Body(Particle):
     centre: Vector | None = None
     shape: Shape | None = None
     turns: tuple[Turn, ...]
+    frame: Frame
     rotation: tuple[Expression, ...]
     spin: Vector
     spin_in_space: Vector

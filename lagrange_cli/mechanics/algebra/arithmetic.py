@@ -16,6 +16,8 @@ from typing import Any, TypeAlias
 import sympy as sp
 from sympy.core.basic import ordering_of_classes
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
+
 _ZERO, _ONE, _MINUS_ONE = sp.S.Zero, sp.S.One, sp.S.NegativeOne
 
 #: A term without its coefficient: its factors, or the only one.
@@ -155,7 +157,7 @@ def monomial(number: sp.Rational, factors: list[sp.Expr]) -> sp.Expr:
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Build a power; one of a sum with symbols, which are finite, is not evaluated."""
-    if base.is_Add and exponent.is_Rational and exponent not in (0, 1) and base.free_symbols:
+    if base.is_Add and exponent.is_Rational and exponent not in (0, 1) and symbols_in(base):
         return sp.Pow(base, exponent, evaluate=False)
     return sp.Pow(base, exponent)
 
@@ -170,4 +172,4 @@ def product(factors: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def _is_power_of_sum(factor: sp.Expr) -> bool:
-    return bool(factor.is_Pow and factor.base.is_Add and factor.base.free_symbols)
+    return bool(factor.is_Pow and factor.base.is_Add and symbols_in(factor.base))

@@ -17,6 +17,7 @@ from lagrange_cli.mechanics.algebra.polynomials import (
     term_count,
 )
 from lagrange_cli.mechanics.algebra.printed_length import printed_length
+from lagrange_cli.mechanics.free_symbols import symbols_in
 
 # Budgets that keep the search for a short form quick; beyond them an expression
 # stays as it is. None is tuned.
@@ -117,7 +118,7 @@ def drawn_from_roots(expr: sp.Expr, positive: Collection[sp.Symbol]) -> sp.Expr:
 
     A root stays as it is if its sum has no factor, or one whose sign is not known.
     """
-    if expr.free_symbols.isdisjoint(positive):
+    if symbols_in(expr).isdisjoint(positive):
         return expr
     roots = (p for p in expr.atoms(sp.Pow) if p.base.is_Add and _is_root(p))
     # Inner roots first: the outer ones then hold what has become of them.

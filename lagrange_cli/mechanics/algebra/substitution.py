@@ -17,21 +17,38 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
+from lagrange_cli.mechanics.algebra.polynomials import has_more_nodes
 from lagrange_cli.mechanics.free_symbols import symbols_in
 
 #: Parts of expressions that have no finite real value.
-_WITHOUT_VALUE = (sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I, sp.AccumBounds)
+_WITHOUT_VALUE = frozenset((sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I))
+
+#: Parts of the longest expression whose shape is compared with others; those of elements of
+#: families have some dozens, positions of long chains of bodies more than can be walked.
+_LONGEST_SHAPE = 20_000
+
+#: Most expressions of which it is kept whether they have a value.
+_KEPT = 2**18
+
+#: ``id`` of an expression → the expression, so that the id stays its own, and whether it has one.
+_HAS_VALUE: dict[int, tuple[sp.Basic, bool]] = {}
 
 
-def has_value(expr: sp.Expr) -> bool:
+def has_value(expr: sp.Basic) -> bool:
     """Tell whether no part of an expression is infinite, undefined, imaginary or a range."""
-    return not expr.has(*_WITHOUT_VALUE)
+    known = _HAS_VALUE.get(id(expr))
+    if known is None:
+        if len(_HAS_VALUE) >= _KEPT:
+            _HAS_VALUE.clear()
+        without = expr in _WITHOUT_VALUE or isinstance(expr, sp.AccumBounds)
+        known = _HAS_VALUE[id(expr)] = expr, not without and all(map(has_value, expr.args))
+    return known[1]
 
 
 def with_numbers(expr: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """Replace symbols by numbers; None where the expression has no value with them."""
     try:
-        replaced = expr.xreplace(dict(numbers))
+        replaced = Substitution(numbers).put_into(expr)
     except (TypeError, ValueError):  # a range or an infinity that max or sign cannot compare
         return None
     return replaced if has_value(replaced) else None
@@ -143,6 +160,12 @@ class Element(NamedTuple):
     symbols: tuple[sp.Symbol, ...]
 
 
+def single_element(expr: sp.Expr) -> Element:
+    """Return an expression as the only element of its shape."""
+    symbols = tuple(sorted(symbols_in(expr), key=attrgetter("name")))
+    return Element(expr, Shape(expr, symbols), symbols)
+
+
 class Shapes:
     """Shapes of expressions that differ in symbols of one order and kind alone."""
 
@@ -151,6 +174,8 @@ class Shapes:
 
     def element(self, expr: sp.Expr) -> Element:
         """Return an expression with its shape; the first of a shape stands for it."""
+        if has_more_nodes(expr, _LONGEST_SHAPE):
+            return single_element(expr)
         symbols = tuple(sorted(symbols_in(expr), key=attrgetter("name")))
         places: dict[sp.Basic, Hashable] = {s: (k, s.is_positive) for k, s in enumerate(symbols)}
         key = tuple(_walk(expr, places))
@@ -214,6 +239,8 @@ class Substitution:
         #: An operation and the ``id`` of its operands → the operands, so that ids stay theirs, and
         #: its value.
         self._known: dict[tuple[Any, ...], tuple[Sequence[sp.Basic], sp.Expr]] = {}
+        #: ``id`` of an expression → the expression, so that the id stays its own, and its value.
+        self._put_in: dict[int, tuple[sp.Expr, sp.Expr]] = {}
 
     def place(self, symbol: sp.Symbol) -> sp.Expr | None:
         """Give the expression in place of a symbol; None if it stays."""
@@ -223,10 +250,13 @@ class Substitution:
         """Replace the symbols in an expression; parts without any stay as they are."""
         if not expr.args:
             return self._places.get(expr, expr)
-        parts = [self.put_into(a) for a in expr.args]
-        if all(new is old for new, old in zip(parts, expr.args, strict=True)):
-            return expr
-        return self.evaluated(expr.func, parts)
+        known = self._put_in.get(id(expr))
+        if known is None:
+            parts = [self.put_into(a) for a in expr.args]
+            is_same = all(new is old for new, old in zip(parts, expr.args, strict=True))
+            known = expr, expr if is_same else self.evaluated(expr.func, parts)
+            self._put_in[id(expr)] = known
+        return known[1]
 
     def evaluated(self, kind: Callable[..., sp.Expr], parts: Sequence[sp.Expr]) -> sp.Expr:
         """Evaluate an operation, once for operands that are the same objects."""

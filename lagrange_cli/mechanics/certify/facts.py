@@ -137,9 +137,24 @@ def _energy_is_sum(derivation: Uncertified) -> bool:
 
 def _degree(e: sp.Expr, velocities: frozenset[sp.Symbol]) -> int | None:
     """Degree in velocities of an expression that is plainly homogeneous in them; else None."""
+    return _known_degree(e, velocities, {})
+
+
+def _known_degree(
+    e: sp.Expr, velocities: frozenset[sp.Symbol], known: dict[int, int | None]
+) -> int | None:
+    """Return the degree; ``known`` are those of earlier parts by their ``id``."""
+    if id(e) not in known:
+        known[id(e)] = _new_degree(e, velocities, known)
+    return known[id(e)]
+
+
+def _new_degree(
+    e: sp.Expr, velocities: frozenset[sp.Symbol], earlier: dict[int, int | None]
+) -> int | None:
     if e.is_Symbol:
         return int(e in velocities)
-    degrees = [_degree(a, velocities) for a in e.args]
+    degrees = [_known_degree(a, velocities, earlier) for a in e.args]
     if not any(d != 0 for d in degrees):
         return 0
     known = [d for d in degrees if d is not None]
@@ -186,6 +201,6 @@ def open_questions(
         return
     work = [f * c.v for f, c in zip(forces, reduced.coordinates, strict=True)]
     changes = depends(lagrangian, reduced.names.t) or is_nonzero(sp.Add(*work))
-    depends_on_inputs = not lagrangian.free_symbols.isdisjoint(reduced.names.external.values())
+    depends_on_inputs = not symbols_in(lagrangian).isdisjoint(reduced.names.external.values())
     if not (changes or depends_on_inputs or jumps(lagrangian)):
         yield "energy"

@@ -375,3 +375,16 @@ def is_sum_of_squares(phi: sp.Expr) -> bool:
 def _is_square(term: sp.Expr) -> bool:
     factors = (f.as_base_exp() for f in sp.Mul.make_args(term) if not f.is_number)
     return all(exponent.is_even for _, exponent in factors)
+
+
+def unwritten_chain(scene: Scene) -> InputError:
+    """The refusal to write equations that a recursion over many frames gives."""
+    return InputError(
+        Problem(
+            "the equations of this chain of bodies are derived and certified by recursion over its"
+            " frames, and too long to be written",
+            bodies_of(scene)[-1].mark,
+            hint="code is written by lagrange emit --to c, motions are found by lagrange simulate",
+            rule="too-large",
+        )
+    )

@@ -46,7 +46,9 @@ def body_outlines(reduced: Reduced, motions: Iterable[ElementMotion]) -> Iterato
         def in_space(vector: Sequence[sp.Expr], turning: Turning = motion.turning) -> _Triple:
             rows = (turning.rotation[k : k + 3] for k in (0, 3, 6))
             x, y, z = (
-                sum((r * v for r, v in zip(row, vector, strict=True)), _ZERO) for row in rows
+                # SymPy would ask whether a long entry times zero is finite.
+                sum((r * v for r, v in zip(row, vector, strict=True) if v != 0), _ZERO)
+                for row in rows
             )
             return x, y, z
 

@@ -31,24 +31,25 @@ from lagrange_cli.mechanics.algebra.collect import (
 from lagrange_cli.mechanics.algebra.derivatives import POSITION_TERMS, Kinematics, derivative
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.identities import Weights
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.rate_sums import RateSum, rate_sums
 from lagrange_cli.mechanics.algebra.shared_products import MovingComponent, recurring_products
 from lagrange_cli.mechanics.algebra.substitution import Element
 from lagrange_cli.mechanics.contacts.gaps import contacts
+from lagrange_cli.mechanics.dynamics.body_recursion import has_long_chain, recursion_of
 from lagrange_cli.mechanics.dynamics.constraints import closures
 from lagrange_cli.mechanics.dynamics.potential_forces import (
     CoordinateForce,
     PotentialForces,
     raw_terms,
 )
-from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies
+from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies, spins_in_brackets
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
 from lagrange_cli.mechanics.symbols.written_sums import written_sums
 from lagrange_cli.mechanics.system import BodyForce, Closure, Contact
-from lagrange_cli.scene.bodies import Body, bodies_of
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.model import Force
 
 _Entry = TypeVar("_Entry")
@@ -62,10 +63,6 @@ _PLAIN_JACOBIANS = 8
 
 #: Terms that one factor of a force may be multiplied out to.
 _TERM_BUDGET = 200
-
-#: Terms of the longest position of a body that is multiplied out. A spatial chain of six bodies has
-#: 20, and is the longest whose equations are collected within :data:`MOST_COLLECTED_PRODUCTS`.
-_CHAIN_TERMS = 25
 
 
 @dataclass(frozen=True)
@@ -86,6 +83,9 @@ class Uncertified:
         Raw symbol of a particle's component → ṙ(q, v, t).
     collected
         False where the product budget was exceeded and sums were left factored.
+    by_recursion
+        True where M and f are those of a recursion over frames: each is one expression whose parts
+        are shared, and far too long to be walked part by part, or written.
     closures
         Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
     contacts
@@ -110,6 +110,7 @@ class Uncertified:
     contacts: tuple[Contact, ...] = ()
     sums: tuple[tuple[sp.Expr, ...], ...] = ()
     rate_sums: tuple[RateSum, ...] = ()
+    by_recursion: bool = False
 
     @property
     def pushing(self) -> tuple[Closure, ...]:
@@ -126,22 +127,28 @@ class Uncertified:
 
     @cached_property
     def lagrangian(self) -> sp.Expr:
+        if self.by_recursion:
+            opposite = sp.Mul(sp.S.NegativeOne, self.potential, evaluate=False)
+            return sp.Add(self.kinetic, opposite, evaluate=False)
         return plain_sum((self.kinetic, negative(self.potential)))
 
     @cached_property
     def forcing_sums(self) -> tuple[sp.Expr, ...]:
         """Each entry of f as the sum of its terms."""
-        return tuple(map(plain_sum, self.forcing))
+        return tuple(map(self._total, self.forcing))
 
     @cached_property
     def upper_triangle(self) -> dict[tuple[int, int], sp.Expr]:
         """Entries of M that are not zero, each as the sum of its terms: (row, column ≥ row)."""
         return {
-            (j, k): plain_sum(terms)
+            (j, k): self._total(terms)
             for j, row in enumerate(self.mass)
             for k, terms in row.items()
             if j <= k
         }
+
+    def _total(self, terms: tuple[sp.Expr, ...]) -> sp.Expr:
+        return terms[0] if self.by_recursion and terms else plain_sum(terms)
 
 
 def derive_uncertified(reduced: Reduced) -> Uncertified:
@@ -157,19 +164,17 @@ class _Builder:
         self.t = reduced.names.t
         self.n = len(self.q)
         self.number = {q: j for j, q in enumerate(self.q)}
-        self._is_chain = _has_long_chain(reduced)
+        self._is_chain = has_long_chain(reduced)
+        self.recursion = recursion_of(reduced)
         budget = 1 if self._is_chain else POSITION_TERMS
         self.kinematics = Kinematics(reduced.resolved, self.q, self.v, self.t, budget)
-        self.masses = frozenset(f for m in reduced.masses for f in m.free_symbols)
+        self.masses = frozenset(f for m in reduced.masses for f in symbols_in(m))
         self.splitter = Splitter(self.masses)
-        self.sums = written_sums(
-            reduced.scene.expressions(),
-            [expression for _, expression in reduced.names.abbreviations()],
-            lambda e: reduced.resolve(reduced.names.convert(e, reduced.rate)),
-        )
-        self.brackets = [sp.Add(*terms) for terms in self.sums]
-        self.rate_sums = rate_sums(self.brackets, dict(zip(self.q, self.v, strict=True)), self.t)
-        self.brackets += _spins_in_brackets(reduced)
+        self.sums: tuple[tuple[sp.Expr, ...], ...] = ()
+        self.rate_sums: tuple[RateSum, ...] = ()
+        self.brackets: list[sp.Expr] = []
+        if self.recursion is None:
+            self._find_brackets()
         self.mass: dict[tuple[int, int], TermSum] = {}
         self.forcing = [TermSum(self.splitter) for _ in range(self.n)]
         self.terms = raw_terms(reduced)
@@ -178,13 +183,24 @@ class _Builder:
             for body, mass in zip(reduced.names.particle_symbols, reduced.masses, strict=True)
             for symbol in body
             if reduced.chart.geometry.position_symbols[symbol]
+            and not (self.recursion and self.recursion.moves(symbol))
         ]
         self.jacobians = {s: self.kinematics.jacobian(s) for s, _ in self.components}
         self._masses: dict[tuple[int, int], Weights] = {}
         self._budget = _TERM_BUDGET
-        self._potential_forces = PotentialForces(
-            reduced, lambda s: bool(self._jacobian(s)), self._split_terms
+        self._potential_forces = PotentialForces(reduced, self._moves, self._split_terms)
+
+    def _find_brackets(self) -> None:
+        """Find sums that stay in brackets, since the scene wrote them or a body turns with them."""
+        reduced = self.reduced
+        self.sums = written_sums(
+            reduced.scene.expressions(),
+            [expression for _, expression in reduced.names.abbreviations()],
+            lambda e: reduced.resolve(reduced.names.convert(e, reduced.rate)),
         )
+        self.brackets = [sp.Add(*terms) for terms in self.sums]
+        self.rate_sums = rate_sums(self.brackets, dict(zip(self.q, self.v, strict=True)), self.t)
+        self.brackets += spins_in_brackets(reduced)
 
     def build(self) -> Uncertified:
         collected = self._add_inertia()
@@ -194,24 +210,31 @@ class _Builder:
         for potential in self.terms.elements:
             self._add_potential(potential)
         extra = sp.Add(*self.terms.kinetic, *(-u for u in self.terms.velocity_dependent))
-        for term in self._terms(extra):
+        further = (
+            extra if self.recursion is None else sp.Add(extra, *map(negative, self.terms.turning))
+        )
+        for term in self._terms(further):
             self._add_extra(term)
         forces = tuple(self._add_force(f) for f in self.reduced.scene.forces)
         dissipation = self._add_dissipation()
         upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
         upper = {place: terms for place, terms in upper.items() if terms}
-        inertia = {place: factored(list(terms)) for place, terms in upper.items()}
+        forcing = tuple(tuple(f.collected()) for f in self.forcing)
+        if self.recursion is None:
+            inertia = {place: factored(list(terms)) for place, terms in upper.items()}
+        else:
+            inertia, sums = self.recursion.equations(upper, forcing)
+            upper = {place: (entry,) for place, entry in inertia.items()}
+            forcing = tuple((f,) if f is not sp.S.Zero else () for f in sums)
         velocity = {
-            s: plain_sum(self.kinematics.velocity(s))
-            for body in self.reduced.names.particle_symbols
-            for s in body
+            s: self._velocity(s) for body in self.reduced.names.particle_symbols for s in body
         }
         closure_equations, gaps = closures(self.reduced)
         return Uncertified(
             self.reduced,
             tuple(_full(self.n, upper)),
             tuple(ExpressionRow(self.n, row) for row in _full(self.n, inertia)),
-            tuple(tuple(f.collected()) for f in self.forcing),
+            forcing,
             ShownEnergies(
                 self.reduced,
                 self.terms,
@@ -220,6 +243,7 @@ class _Builder:
                 self.splitter,
                 self.brackets,
                 self.rate_sums,
+                is_written=self.recursion is None,
             ),
             extra,
             dissipation,
@@ -230,7 +254,19 @@ class _Builder:
             contacts(self.reduced, gaps),
             self.sums,
             self.rate_sums,
+            self.recursion is not None,
         )
+
+    def _velocity(self, symbol: sp.Symbol) -> sp.Expr:
+        if self.recursion is not None and self.recursion.moves(symbol):
+            return self.recursion.velocity[symbol]
+        return plain_sum(self.kinematics.velocity(symbol))
+
+    def _moves(self, symbol: sp.Symbol) -> bool:
+        """Tell whether a coordinate moves a raw symbol."""
+        if self.recursion is not None and self.recursion.moves(symbol):
+            return True
+        return bool(self._jacobian(symbol))
 
     def _inertia(self, j: int, k: int) -> TermSum:
         """The entry of the mass matrix in row j ≤ column k."""
@@ -284,6 +320,9 @@ class _Builder:
 
     def _add_work(self, symbol: sp.Symbol, force: sp.Expr, into: Sequence[TermSum]) -> None:
         """Add the virtual work of a force along one Cartesian component, F ∂r/∂q."""
+        if self.recursion is not None and self.recursion.moves(symbol):
+            self.recursion.push(symbol, force)
+            return
         parts = self._terms(force)
         for j, row in self._jacobian(symbol).items():
             for a in row:
@@ -313,7 +352,7 @@ class _Builder:
 
     def _add_extra(self, term: sp.Expr) -> None:
         """Add the Euler–Lagrange expression of a term of T_extra − U."""
-        present = term.free_symbols
+        present = symbols_in(term)
         for j in range(self.n):
             if self.q[j] in present:
                 self.forcing[j].add_all(self._terms(derivative(term, self.q[j])))
@@ -332,6 +371,9 @@ class _Builder:
     def _add_force(self, force: Force) -> BodyForce:
         reduced = self.reduced
         components = tuple(reduced.resolve(reduced.convert(c)) for c in force.components)
+        if self.recursion is not None and self.recursion.holds(force.on) and len(components) == 3:
+            work = self.recursion.load(force.on, components, is_torque=force.is_torque)
+            return BodyForce(force.name, force.on, components, work, force.is_torque)
         sums = [TermSum(self.splitter) for _ in range(self.n)]
         if force.is_torque:
             self._add_turning_work(force, components, sums)
@@ -394,38 +436,6 @@ class _Builder:
             return ()
         expanded = expand_terms(expr, self._budget)
         return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
-
-
-def _has_long_chain(reduced: Reduced) -> bool:
-    """Tell whether a body stands on so many frames that its position stays factored.
-
-    Multiplied out, its terms double with every joint or two; as they stand, they share the axes of
-    the frames below them.
-    """
-    symbols = reduced.names.particle_symbols
-    return any(
-        term_count(reduced.resolved[s]) > _CHAIN_TERMS
-        for particle, centre in zip(reduced.scene.particles, symbols, strict=True)
-        if isinstance(particle, Body) and not particle.planar
-        for s in centre
-    )
-
-
-def _spins_in_brackets(reduced: Reduced) -> list[sp.Expr]:
-    """Return components of ω that stay in brackets: ½ I3 (ψ̇ + φ̇ cos θ)².
-
-    About an axis of symmetry; the squares of two others with one moment add up to less.
-    """
-    brackets = []
-    for body in bodies_of(reduced.scene):
-        moments = [reduced.names.convert(body.inertia[k][k]) for k in range(3)]
-        spins = [reduced.resolve(reduced.convert(spin)) for spin in body.spin]
-        brackets += [
-            spin
-            for spin, moment in zip(spins, moments, strict=True)
-            if spin.is_Add and moment != 0 and moments.count(moment) == 1
-        ]
-    return brackets
 
 
 def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:

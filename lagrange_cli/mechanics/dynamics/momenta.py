@@ -56,7 +56,7 @@ def _collect(expr: sp.Expr, velocities: Sequence[sp.Symbol]) -> sp.Expr:
     if expanded is None:
         return expr
     terms = collected_terms(expanded)
-    if not all(t.free_symbols.isdisjoint(velocities) for t in terms):
+    if not all(symbols_in(t).isdisjoint(velocities) for t in terms):
         return grouped_sum(terms, velocities)
     return factored(terms)
 

@@ -16,9 +16,27 @@ from lagrange_cli.mechanics.algebra.rate_sums import RateSum, over_rate_sums
 from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Template
 from lagrange_cli.mechanics.dynamics.potential_forces import RawTerms
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.scene.bodies import bodies_of
 
 #: Terms that the squares of all velocities may be multiplied out to.
 _TERM_BUDGET = 200
+
+
+def spins_in_brackets(reduced: Reduced) -> list[sp.Expr]:
+    """Return components of ω that stay in brackets: ½ I3 (ψ̇ + φ̇ cos θ)².
+
+    About an axis of symmetry; the squares of two others with one moment add up to less.
+    """
+    brackets = []
+    for body in bodies_of(reduced.scene):
+        moments = [reduced.names.convert(body.inertia[k][k]) for k in range(3)]
+        spins = [reduced.resolve(reduced.convert(spin)) for spin in body.spin]
+        brackets += [
+            spin
+            for spin, moment in zip(spins, moments, strict=True)
+            if spin.is_Add and moment != 0 and moments.count(moment) == 1
+        ]
+    return brackets
 
 
 class ShownEnergies:
@@ -38,6 +56,8 @@ class ShownEnergies:
         Sums that stay as they are, since the scene wrote them.
     rate_sums
         Sums of a velocity and what drives it, over which T of particles is written if shorter.
+    is_written
+        False where they are too long to be read, and stay as they are.
     """
 
     def __init__(
@@ -49,10 +69,13 @@ class ShownEnergies:
         splitter: Splitter,
         brackets: Sequence[sp.Expr],
         rate_sums: Sequence[RateSum],
+        *,
+        is_written: bool = True,
     ) -> None:
         self._reduced, self._terms = reduced, terms
         self._velocity, self._mass = velocity, mass
         self._splitter, self._rate_sums = splitter, rate_sums
+        self._is_written = is_written
         self._brackets = list(dict.fromkeys((*brackets, *(rate.whole for rate in rate_sums))))
         self._v = [c.v for c in reduced.coordinates]
         self._constants = frozenset(reduced.names.parameters.values())
@@ -72,9 +95,23 @@ class ShownEnergies:
     @cached_property
     def _both(self) -> tuple[sp.Expr, sp.Expr]:
         """T, then V: factors appear in this order."""
+        if not self._is_written:
+            potential = map(self._reduced.resolve, self._terms.positional)
+            return self._plain_kinetic(), sp.Add(*potential, *self._terms.velocity_dependent)
         kinetic = self._shortest(plain_sum((*self._particles(), *self._terms.kinetic)))
         tidied = map(self._tidied, self._terms.elements)
         return kinetic, self._shortest(plain_sum((*tidied, *self._terms.velocity_dependent)))
+
+    def _plain_kinetic(self) -> sp.Expr:
+        """Σ ½ m ṙ² with the terms of the section, sums and products left as they are."""
+        reduced, half = self._reduced, sp.Rational(1, 2)
+        terms = list(self._terms.kinetic)
+        for mass, centre in zip(reduced.masses, reduced.names.particle_symbols, strict=True):
+            rates = [self._velocity[s] for s in centre]
+            squares = [sp.Pow(rate, 2, evaluate=False) for rate in rates if rate != 0]
+            if squares:
+                terms.append(sp.Mul(half, mass, sp.Add(*squares, evaluate=False), evaluate=False))
+        return sp.Add(*terms, evaluate=False)
 
     def _shortest(self, energy: sp.Expr) -> sp.Expr:
         return shortest_energy(energy, self._v, self._splitter, self._constants, self._brackets)

@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import rank
@@ -223,7 +224,7 @@ class ConfigurationSearch:
 
 def _outside(reduced: Reduced) -> list[sp.Expr]:
     """Expressions for the coordinates that no position holds, 2π-periodic for angles."""
-    inside = set().union(*(e.free_symbols for e in reduced.resolved.values()))
+    inside = set().union(*map(symbols_in, reduced.resolved.values()))
     expressions: list[sp.Expr] = []
     for c in reduced.coordinates:
         if c.q not in inside:

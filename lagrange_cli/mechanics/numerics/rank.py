@@ -15,6 +15,7 @@ import sympy as sp
 from mpmath import mpf
 from numpy.typing import NDArray
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import Tape, evaluate
 from lagrange_cli.mechanics.numerics.sampling import to_double
 
@@ -138,7 +139,7 @@ def dependent_gradients(
         dict.fromkeys(
             v
             for phi in functions
-            for v in sorted(phi.free_symbols & movable, key=attrgetter("name"))
+            for v in sorted(symbols_in(phi) & movable, key=attrgetter("name"))
         )
     )
     dependent: dict[int, tuple[int, ...]] | None = None

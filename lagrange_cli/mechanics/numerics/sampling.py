@@ -14,6 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
 _ONE = mpf(1)
@@ -183,7 +184,7 @@ class Sampler:
 
 def values_at_points(expressions: Sequence[sp.Expr], draws: int) -> Iterator[list[mpf]]:
     """Yield values of expressions at points with irrational coordinates, where they are finite."""
-    symbols = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
+    symbols = sorted(set().union(*map(symbols_in, expressions)), key=str)
     for first in range(1, draws + 1):
         point = {s: mpmath.frac(mpmath.sqrt(2) * (k + first)) for k, s in enumerate(symbols, 7)}
         try:

@@ -71,9 +71,12 @@ def is_analytic(expression: sp.Expr, moving: Collection[sp.Symbol]) -> bool:
 
 def _is_polynomial(expression: sp.Expr) -> bool:
     """Say whether nothing but sums, products and whole powers stands in an expression."""
-    stack = [expression]
+    stack, seen = [expression], set[int]()
     while stack:
         top = stack.pop()
+        if id(top) in seen:
+            continue
+        seen.add(id(top))
         if top.is_Add or top.is_Mul:
             stack += top.args
         elif top.is_Pow and top.exp.is_Integer and top.exp.is_positive:

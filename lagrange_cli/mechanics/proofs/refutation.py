@@ -13,6 +13,10 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.algebra.arithmetic import negative
+from lagrange_cli.mechanics.algebra.polynomials import has_more_nodes
+from lagrange_cli.mechanics.algebra.substitution import Substitution
+from lagrange_cli.mechanics.free_symbols import distinct_parts, symbols_in
 from lagrange_cli.mechanics.kinks import KINKED, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape, evaluate
 
@@ -31,6 +35,8 @@ _MORE = 40
 _STATES = 40
 #: States beside each surface.
 _BESIDE = 6
+#: Nodes of the longest expression whose sums are surfaces to look at: sorting walks through all.
+_MOST_NODES = 100_000
 #: Most surfaces that are examined.
 _SURFACES = 48
 #: Distance from a surface on either side.
@@ -63,9 +69,10 @@ def is_nonzero(expression: sp.Expr) -> bool:
 
 def depends(expression: sp.Expr, symbol: sp.Symbol) -> bool:
     """Say whether an expression has two values for two values of a symbol at some state."""
-    dependent = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
+    dependent = [t for t in sp.Add.make_args(expression) if symbol in symbols_in(t)]
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
-    return _differs([*dependent, *(-t.xreplace({symbol: elsewhere}) for t in dependent)])
+    put_in = Substitution({symbol: elsewhere}).put_into
+    return _differs([*dependent, *(negative(put_in(t)) for t in dependent)])
 
 
 def jumps(expression: sp.Expr) -> bool:
@@ -121,7 +128,7 @@ def _seen(
 
 
 def _symbols(expressions: Iterable[sp.Expr]) -> set[sp.Symbol]:
-    return set().union(*(e.free_symbols for e in expressions))
+    return set().union(*map(symbols_in, expressions))
 
 
 def states_for(
@@ -163,8 +170,11 @@ def _surfaces(expressions: Sequence[sp.Expr]) -> Iterator[tuple[sp.Expr, sp.Symb
 
     They are zeros of sums, and of the arguments of switching functions.
     """
-    sums = set().union(*(e.atoms(sp.Add) for e in expressions))
-    for kink in set().union(*(e.atoms(*KINKED) for e in expressions)):
+    parts = [*distinct_parts(*expressions)]
+    # Sums of long chains are too many, and too long to be sorted.
+    is_long = any(has_more_nodes(e, _MOST_NODES) for e in expressions)
+    sums = set() if is_long else {part for part in parts if part.is_Add}
+    for kink in {part for part in parts if isinstance(part, KINKED)}:
         sums.update(surfaces_of(kink))
     number = 0
     for surface in sorted(sums, key=_key):

@@ -140,7 +140,7 @@ def periodic_symbols(positions: Iterable[sp.Expr]) -> set[sp.Symbol]:
             aperiodic.add(top)
         elif top.func in (sp.sin, sp.cos, sp.tan):
             argument = top.args[0]
-            inside = argument.free_symbols
+            inside = symbols_in(argument)
             present |= inside
             aperiodic |= {q for q in inside if argument != q and not argument.diff(q).is_Integer}
         else:

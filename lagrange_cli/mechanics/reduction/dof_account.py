@@ -121,7 +121,7 @@ def _partial(stated: StatedEquation, what: str, is_solved: bool, place: str) -> 
 
 def _values_at(geometry: Geometry, number: int, point: SymbolValues) -> str:
     sides = {**geometry.elimination.pending, **geometry.solved_sides}[number]
-    present = sides[0].free_symbols | sides[1].free_symbols
+    present = symbols_in(sides[0]) | symbols_in(sides[1])
     shown = [s for s in (*geometry.coordinates, geometry.names.t) if s in present]
     return ", ".join(f"{s} = {float(point[s]):.3g}" for s in shown)
 
@@ -131,7 +131,7 @@ def _on_points(names: Names, phi: sp.Expr) -> sp.Expr:
     definitions = {
         s: names.given[s] for body in names.point_symbols for s in body if s in names.given
     }
-    while present := {s: definitions[s] for s in phi.free_symbols if s in definitions}:
+    while present := {s: definitions[s] for s in symbols_in(phi) if s in definitions}:
         phi = phi.xreplace(present)
     return phi
 
@@ -259,14 +259,14 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
     rates = {q: sp.Dummy(real=True) for q in geometry.coordinates}
 
     def rate(expr: sp.Expr) -> sp.Expr:
-        placed = {s: geometry.resolved[s] for s in expr.free_symbols & geometry.resolved.keys()}
-        place = expr.xreplace(placed)
-        moving = sorted(place.free_symbols & rates.keys(), key=geometry.order.__getitem__)
+        placed = {s: geometry.resolved[s] for s in symbols_in(expr) & geometry.resolved.keys()}
+        place = expr.xreplace(placed) if placed else expr
+        moving = sorted(symbols_in(place) & rates.keys(), key=geometry.order.__getitem__)
         return total_derivative(place, t, [(q, rates[q]) for q in moving])
 
-    symbols = set[sp.Symbol]()
+    symbols, meanings = set[sp.Symbol](), dict[str, sp.Expr]()
     for term in names.scene.kinetic:
-        symbols |= symbols_in(names.convert(term.expression, rate))
+        symbols |= symbols_in(names.convert(term.expression, rate, meanings))
     return [q for q in coordinates if rates[q] in symbols]
 
 
@@ -309,7 +309,7 @@ def _lines(
                 gap.name,
                 (gap.text,),
                 "unilateral",
-                rheonomic=geometry.names.t in (gap.left - gap.right).free_symbols,
+                rheonomic=geometry.names.t in symbols_in(gap.left - gap.right),
                 restitution=one_sided.restitution.text if one_sided.restitution else "",
             )
         )
@@ -319,9 +319,9 @@ def _lines(
 def _depends_on_time(names: Names, phi: sp.Expr) -> bool:
     """Tell whether t stands in a constraint, or in the position of a point in it."""
     points = {s: names.given[s] for body in names.point_symbols for s in body if s in names.given}
-    while phi.free_symbols & points.keys():
+    while symbols_in(phi) & points.keys():
         phi = phi.xreplace(points)
-    return names.t in phi.free_symbols
+    return names.t in symbols_in(phi)
 
 
 def _status(

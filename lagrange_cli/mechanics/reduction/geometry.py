@@ -13,6 +13,7 @@ from mpmath.libmp import to_rational
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.substitution import Substitution
 from lagrange_cli.mechanics.diagnosis import errors as refusals
 from lagrange_cli.mechanics.diagnosis.inconsistency import contradiction_error
 from lagrange_cli.mechanics.elimination.eliminate import Elimination
@@ -84,7 +85,7 @@ class Geometry:
     def moving(self, expressions: Sequence[sp.Expr] = ()) -> list[sp.Symbol]:
         """Coordinates that move particles and bodies, or occur in some expressions."""
         inside = set().union(*(self.position_symbols[s] for s in self.positions))
-        inside.update(s for e in (*self.rotations, *expressions) for s in e.free_symbols)
+        inside.update(s for e in (*self.rotations, *expressions) for s in symbols_in(e))
         return [q for q in self.coordinates if q in inside]
 
     @cached_property
@@ -124,9 +125,11 @@ class Geometry:
         return sides
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
-        return expr.xreplace(
-            {s: self.resolved[s] for s in expr.free_symbols & self.resolved.keys()}
-        )
+        return self._substitution.put_into(expr)
+
+    @cached_property
+    def _substitution(self) -> Substitution:
+        return Substitution({s: place for s, place in self.resolved.items() if place != s})
 
     @cached_property
     def gaps(self) -> tuple[ClosureEquation, ...]:
@@ -152,7 +155,7 @@ class Geometry:
 
     def _rate(self, expression: sp.Expr) -> sp.Expr:
         placed = self._placed(expression)
-        moving = placed.free_symbols.intersection(self.coordinates)
+        moving = symbols_in(placed).intersection(self.coordinates)
         return sp.Add(*(sp.Dummy() * derivative(placed, q) for q in moving))
 
     def _resolved(self, expression: Expression) -> sp.Expr:

@@ -9,6 +9,7 @@ from mpmath import mpf
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.diagnosis import errors as refusals
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.constraint_manifold import Manifold
 from lagrange_cli.mechanics.numerics.gauss_newton import SparseRow
 from lagrange_cli.mechanics.numerics.rank import (
@@ -90,7 +91,7 @@ def _without_slope(
 ) -> InputError:
     """Build the error of an equation whose gradient vanishes at all or some of its solutions."""
     sides = geometry.elimination.pending[number]
-    present = [q for q in geometry.coordinates if q in (sides[0] - sides[1]).free_symbols]
+    present = [q for q in geometry.coordinates if q in symbols_in(sides[0] - sides[1])]
     for place in places:
         values = {q: mpf(f"{to_double(place[q]):.2g}") for q in present}
         if identities_around({number: sides}, sampler, {**place, **values}):

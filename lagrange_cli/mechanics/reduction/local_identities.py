@@ -14,6 +14,7 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
@@ -91,7 +92,7 @@ def _placed(
     """Yield the equations with branches whose coordinates have values at a point."""
     coordinates = set(sampler.coordinates)
     for number, sides in equations.items():
-        present = (sides[0].free_symbols | sides[1].free_symbols) & coordinates
+        present = (symbols_in(sides[0]) | symbols_in(sides[1])) & coordinates
         if present and present <= point.keys() and has_branches(sides):
             yield number, sides
 

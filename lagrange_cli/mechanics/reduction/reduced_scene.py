@@ -108,7 +108,7 @@ class Reduced:
         known = self._converted.get(id(expression))
         if known is None:
             # Kept with the expression, so that its id stays its own.
-            known = expression, self.names.element(expression, self.rate)
+            known = expression, self.names.element(expression, self.rate, self._meanings)
             self._converted[id(expression)] = known
         return known[1]
 
@@ -141,6 +141,11 @@ class Reduced:
     def _resolved_elements(self) -> ResolvedElements:
         coordinates = frozenset(c.q for c in self.coordinates)
         return ResolvedElements(self._positions, coordinates, self.resolve)
+
+    @cached_property
+    def _meanings(self) -> dict[str, sp.Expr]:
+        """Meanings of abbreviations that hold rates, as they are converted."""
+        return {}
 
     @cached_property
     def _converted(self) -> dict[int, tuple[Expression, Element]]:
@@ -239,7 +244,7 @@ def _elements(names: Names, masses: Sequence[sp.Expr]) -> tuple[MassElement, ...
 def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
     t, motion = reduced.names.t, reduced.motion
     chain = _chain(motion, expr)
-    for symbol in sorted(expr.free_symbols & reduced.resolved.keys(), key=str):
+    for symbol in sorted(symbols_in(expr) & reduced.resolved.keys(), key=str):
         if symbol not in motion:
             position = reduced.resolved[symbol]
             chain.append((symbol, total_derivative(position, t, _chain(motion, position))))
@@ -248,7 +253,7 @@ def _rate(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
 
 def _chain(motion: _Motion, expr: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Symbols of an expression with their rates; a large system has far more than these."""
-    present = sorted(expr.free_symbols & motion.keys(), key=lambda s: motion[s][0])
+    present = sorted(symbols_in(expr) & motion.keys(), key=lambda s: motion[s][0])
     return [(s, motion[s][1]) for s in present]
 
 

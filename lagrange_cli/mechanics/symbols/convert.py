@@ -24,7 +24,7 @@ from lagrange_cli.errors import InputError, NotRealError, Problem
 from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum, power, product
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import has_value
-from lagrange_cli.mechanics.free_symbols import unknown_function
+from lagrange_cli.mechanics.free_symbols import symbols_in, unknown_function
 from lagrange_cli.mechanics.kinks import Cases
 from lagrange_cli.mechanics.tabulated import tabulated
 from lagrange_cli.scene.language.expression import (
@@ -252,7 +252,7 @@ def total_derivative(
     expr: sp.Expr, t: sp.Symbol, chain: Iterable[tuple[sp.Symbol, sp.Expr]]
 ) -> sp.Expr:
     """Differentiate by time: ``∂/∂t + Σ rate·∂/∂symbol`` over the symbols of ``expr``."""
-    present = expr.free_symbols
+    present = symbols_in(expr)
     terms = [derivative(expr, t)] if t in present else []
     terms.extend(derivative(expr, s) * rate for s, rate in chain if s in present)
     return sp.Add(*terms)

@@ -17,7 +17,12 @@ from operator import attrgetter
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Problem
-from lagrange_cli.mechanics.algebra.substitution import Element, Shape, Shapes
+from lagrange_cli.mechanics.algebra.substitution import (
+    Element,
+    Shape,
+    Shapes,
+    single_element,
+)
 from lagrange_cli.mechanics.free_symbols import unknown_function
 from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
 from lagrange_cli.scene.bodies import ComposedExpression
@@ -41,8 +46,9 @@ _AXES = ("x", "y", "z")
 #: take some ten seconds; those of shipped scenes have up to 261.
 _LONGEST = 20_000
 
-#: Most nodes of what frames imply, counted likewise, though the axes of frames below are shared:
-#: of a spatial chain of 16 joints, whose equations take half a minute and twice that for two more.
+#: Most nodes of what frames imply beside constraints, counted likewise, though the axes of frames
+#: below are shared: of a spatial chain of 16 joints. Without constraints recursion over the frames
+#: (:mod:`.dynamics.body_recursion`) never walks through their expressions, and any length will do.
 _LONGEST_CHAIN = 100_000
 
 #: Parts of the longest shape of a syntax tree whose conversion is kept.
@@ -205,17 +211,31 @@ class Names:
             return self._meanings[name]
         return None
 
-    def convert(self, expression: Expression, rate: Rate | None = None) -> sp.Expr:
-        """Convert an expression over raw symbols; abbreviations that hold rates need ``rate``."""
-        return self._converted_element(expression, rate)[0]
+    def convert(
+        self,
+        expression: Expression,
+        rate: Rate | None = None,
+        meanings: dict[str, sp.Expr] | None = None,
+    ) -> sp.Expr:
+        """Convert an expression over raw symbols; abbreviations that hold rates need ``rate``.
 
-    def element(self, expression: Expression, rate: Rate | None = None) -> Element:
+        ``meanings`` are those of abbreviations with this ``rate`` that are known; it is added to.
+        """
+        return self._converted_element(expression, rate, {} if meanings is None else meanings)[0]
+
+    def element(
+        self, expression: Expression, rate: Rate | None, meanings: dict[str, sp.Expr]
+    ) -> Element:
         """Convert an expression as :meth:`convert` does, to an element with its shape."""
-        expr, element = self._converted_element(expression, rate)
-        return element or self._shapes.element(expr)
+        expr, element = self._converted_element(expression, rate, meanings)
+        if element is not None:
+            return element
+        # No two frames of a chain have expressions of one shape.
+        is_implied = isinstance(expression, ComposedExpression)
+        return single_element(expr) if is_implied else self._shapes.element(expr)
 
     def _converted_element(
-        self, expression: Expression, rate: Rate | None
+        self, expression: Expression, rate: Rate | None, meanings: dict[str, sp.Expr]
     ) -> tuple[sp.Expr, Element | None]:
         """Convert an expression, to an element if its names alone determine its shape."""
         # Known shapes too are checked: names of earlier elements may have shorter definitions.
@@ -224,7 +244,7 @@ class Names:
         def converted() -> sp.Expr:
             if rate is None:
                 return to_sympy(expression, self.lookup, None, self._functions)
-            return self._converted_with_rate(expression, rate, {})
+            return self._converted_with_rate(expression, rate, meanings)
 
         expr, element = self._elements.converted(expression, self._symbol, converted)
         return (expr, element) if self._rewrite is None else (self._rewrite(expr), None)
@@ -241,12 +261,14 @@ class Names:
         Each of twenty definitions that names the one before it twice doubles it.
         """
         implied = isinstance(expression, ComposedExpression)
+        if implied and not (self.scene.constraints or self.scene.unilateral):
+            return
         if self._length(expression) <= (_LONGEST_CHAIN if implied else _LONGEST):
             return
         if implied:
             fault = (
-                f"this chain of frames is too long: with those below put in, {expression.text} has"
-                f" more than {_LONGEST_CHAIN} numbers, names and operations"
+                "this chain of frames is too long beside constraints: with those below put in,"
+                f" {expression.text} has more than {_LONGEST_CHAIN} numbers, names and operations"
             )
             hint = (
                 "every joint about another axis makes positions longer by half or more; chains in"

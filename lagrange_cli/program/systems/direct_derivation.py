@@ -374,11 +374,10 @@ _IN_DECIMALS |= {name: _of_decimals(function) for name, function in BOUNDED_FUNC
 
 
 def is_derivable(equations: Equations) -> bool:
-    """Tell whether mass matrix and forcing are still those of the derivation."""
-    return (
-        equations.derivation.sources is not None
-        and equations.derivation.sources.forcing is equations.system.forcing
-    )
+    """Tell whether mass matrix and forcing are still those of a derivation without recursion."""
+    sources = equations.derivation.sources
+    is_current = sources is not None and sources.forcing is equations.system.forcing
+    return sources is not None and is_current and not sources.by_recursion
 
 
 #: Least number of operations of a collected term, which holds two velocities and a mass.

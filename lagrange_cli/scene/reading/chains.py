@@ -14,7 +14,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lagrange_cli.errors import Mark
-from lagrange_cli.scene.bodies import Axis, ComposedExpression, Turn, Vector
+from lagrange_cli.scene.bodies import (
+    Axis,
+    ComposedExpression,
+    Frame,
+    Motion,
+    Turn,
+    Vector,
+)
 from lagrange_cli.scene.language.expression import (
     ANGULAR_VELOCITIES,
     Expression,
@@ -46,6 +53,7 @@ from lagrange_cli.scene.language.rotations import (
 from lagrange_cli.scene.model import Definition
 from lagrange_cli.scene.reading.declarations import AXES
 from lagrange_cli.scene.reading.inertia import number_of
+from lagrange_cli.scene.reading.source import Scalar
 
 #: Names of a frame's axes in those of space, of its origin, and of ω in space and along its axes.
 _ENTRIES = [f"R_{i}{j}" for i in "123" for j in "123"]
@@ -102,16 +110,18 @@ class Placed:
 SPACE = Placed((_SPACE,), NO_VECTOR)
 
 
-def turned(chain: Sequence[Stage], turns: Iterable[Turn]) -> tuple[Stage, ...]:
-    """Add turns to a chain."""
+def turned(chain: Sequence[Stage], turns: Iterable[Turn]) -> tuple[tuple[Stage, ...], list[Nodes]]:
+    """Add turns to a chain; return it with the axis of each turn along those of space."""
     stages = list(chain)
-    for one in turns:
-        _add_turn(stages, one)
-    return tuple(stages)
+    axes = [_add_turn(stages, one) for one in turns]
+    return tuple(stages), axes
 
 
-def _add_turn(stages: list[Stage], one: Turn) -> None:
-    """Add a turn to a chain; with the one before it if both are about the same axis."""
+def _add_turn(stages: list[Stage], one: Turn) -> Nodes:
+    """Add a turn to a chain, and return its axis along those of space.
+
+    It is one turn with that before it if both are about the same axis.
+    """
     number = AXES.index(one.axis) if isinstance(one.axis, str) else None
     angle, reverse = one.angle.node, one.reverse
     if number is not None and stages[-1].axis == number:
@@ -128,7 +138,8 @@ def _add_turn(stages: list[Stage], one: Turn) -> None:
     before = times(transposed(matrix), base.spin)
     added = [product(part, rate) for part in axis]
     spin = [total(pair) for pair in zip(before, added, strict=True)]
-    in_space = [product(part, rate) for part in times(base.rotation, axis)]
+    axis_in_space = times(base.rotation, axis)
+    in_space = [product(part, rate) for part in axis_in_space]
     stages.append(
         Stage(
             number,
@@ -139,6 +150,38 @@ def _add_turn(stages: list[Stage], one: Turn) -> None:
             [total(pair) for pair in zip(base.spin_in_space, in_space, strict=True)],
         )
     )
+    return tuple(map(minus, axis_in_space)) if one.reverse else axis_in_space
+
+
+def in_tree(
+    key: Scalar,
+    parent: Frame | None,
+    base: Placed,
+    at: Vector | None,
+    turns: Iterable[Turn],
+    axes: Iterable[Nodes],
+) -> Frame:
+    """Return a frame with its motions against the one that it stands on, ``base``.
+
+    ``axes`` are those of its turns along the axes of space.
+    """
+    rotation = base.last.rotation
+
+    def along(nodes: Nodes) -> Vector:
+        text = f"axis of {key.text}"
+        x, y, z = (ComposedExpression(node, text, key.mark, exact=False) for node in nodes)
+        return x, y, z
+
+    slides = [
+        Motion(along(rotation[k::3]), amount, is_turn=False)
+        for k, amount in enumerate(at or ())
+        if not is_zero(amount.node)
+    ]
+    hinges = [
+        Motion(along(axis), one.angle, is_turn=True) for axis, one in zip(axes, turns, strict=True)
+    ]
+    step = times(rotation, NO_VECTOR if at is None else [part.node for part in at])
+    return Frame(key.text, parent, along(step), (*slides, *hinges))
 
 
 def _unit(axis: Axis) -> tuple[Node, ...]:

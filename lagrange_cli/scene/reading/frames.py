@@ -14,6 +14,7 @@ from lagrange_cli.errors import Mark
 from lagrange_cli.scene.bodies import (
     Body,
     ComposedExpression,
+    Frame,
     Shape,
     Turn,
     Vector,
@@ -27,6 +28,7 @@ from lagrange_cli.scene.reading.chains import (
     NO_VECTOR,
     SPACE,
     Placed,
+    in_tree,
     position_of,
     turned,
     turning_energy,
@@ -93,8 +95,8 @@ class Frames:
     ----------
     declared
         Frames and bodies as written, by name.
-    placed
-        Those that are composed so far.
+    placed, tree
+        Those that are composed so far, and their places in the tree of frames.
     definitions, kinetic
         Definitions and kinetic energies that they stand for.
     bodies
@@ -105,6 +107,7 @@ class Frames:
 
     declared: dict[str, _Declared] = field(default_factory=dict)
     placed: dict[str, Placed] = field(default_factory=dict)
+    tree: dict[str, Frame] = field(default_factory=dict)
     definitions: list[Definition] = field(default_factory=list)
     kinetic: list[Term] = field(default_factory=list)
     bodies: list[Body] = field(default_factory=list)
@@ -323,15 +326,18 @@ def _place(name: str, frames: Frames, reading: Reading, above: tuple[str, ...]) 
         if parent not in frames.placed:
             return
         base = frames.placed[parent]
-    placed = _moved(base, entry)
+    placed, axes = _moved(base, entry)
+    below = None if entry.on is None else frames.tree[entry.on[0]]
+    frames.tree[name] = in_tree(entry.key, below, base, entry.at, entry.turns, axes)
     frames.placed[name] = with_names(placed, name, entry.key.mark, frames.definitions)
 
 
-def _moved(base: Placed, entry: _Declared) -> Placed:
+def _moved(base: Placed, entry: _Declared) -> tuple[Placed, list[Nodes]]:
     """Move axes to the place of a frame that stands on them, and turn them as it is turned."""
     origin = base.origin if entry.at is None else base.place([part.node for part in entry.at])
     placing = (*base.placing, *(entry.at or ()), *_angles(entry.turns))
-    return Placed(turned(base.stages, entry.turns), origin, placing)
+    stages, axes = turned(base.stages, entry.turns)
+    return Placed(stages, origin, placing), axes
 
 
 def placed_against(name: str, base: str, reading: Reading) -> Placed | None:
@@ -344,7 +350,7 @@ def placed_against(name: str, base: str, reading: Reading) -> Placed | None:
         return None
     placed = SPACE
     for entry in reversed(chain):
-        placed = _moved(placed, entry)
+        placed, _ = _moved(placed, entry)
     return placed
 
 
@@ -378,6 +384,7 @@ def _add_body(entry: _Declared, mass: _Mass, placed: Placed, frames: Frames) -> 
         centre=mass.centre,
         shape=mass.shape,
         turns=entry.turns,
+        frame=frames.tree[name],
         rotation=tuple(implied(e, f"R({name})") for e in placed.last.rotation),
         spin=(x, y, z),
         spin_in_space=(in_space[0], in_space[1], in_space[2]),

@@ -1,12 +1,18 @@
-"""Spatial chains of bodies: long ones are derived in factored form, longer ones are refused."""
+"""Spatial chains of bodies: long ones are derived by recursion over their frames."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive, reduce
+from lagrange_cli.mechanics.dynamics import body_recursion
+from lagrange_cli.mechanics.numerics.autodiff import evaluate
+from lagrange_cli.program.operations import count_operations
+from lagrange_cli.program.program import build_program
 from lagrange_cli.scene import read_text
+from tests.mechanics.elements.random_trees import random_tree
 
 
 def _chain(number: int, axes: str = "xy") -> str:
@@ -26,9 +32,66 @@ def test_equations_of_ten_joints_in_space_are_certified_and_factored() -> None:
     assert any("left unexpanded" in remark for remark in derivation.remarks)
 
 
-def test_chains_that_are_too_long_are_refused_at_the_frame() -> None:
+def test_equations_of_thirty_joints_in_space_grow_with_their_square() -> None:
+    equations = derive(read_text(_chain(30)))
+    assert equations.derivation.certificate.mismatch < 1e-20
+    assert equations.system.formulation == "minimal"
+    program = build_program(equations, ("acceleration",))
+    assert count_operations(program).total < 17_000
+
+
+def test_a_steady_spin_about_the_vertical_is_conserved_by_a_long_chain() -> None:
+    text = _chain(9, "zxy")
+    conserved = derive(read_text(text)).derivation.conserved
+    assert [c.name for c in conserved] == ["p_q0", "energy"]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_recursion_gives_the_equations_that_are_collected(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = read_text(random_tree(seed, 1 + seed).scene())
+    collected = derive(scene).system
+    monkeypatch.setattr(body_recursion, "CHAIN_TERMS", 0)
+    recursive = derive(scene).system
+    n = len(recursive.coordinates)
+    symbols = [*(c.q for c in recursive.coordinates), *(c.v for c in recursive.coordinates)]
+    state = dict(zip(symbols, np.random.default_rng(seed).uniform(-1, 1, 2 * n), strict=True))
+    numbers = [
+        evaluate([*(row[k] for row in s.mass_matrix for k in range(n)), *s.forcing], state)
+        for s in (collected, recursive)
+    ]
+    scale = max(map(abs, numbers[0]))
+    assert max(abs(a - b) for a, b in zip(*numbers, strict=True)) <= 1e-13 * scale
+
+
+def test_angles_of_several_coordinates_slides_and_driven_joints_are_recursive_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = """
+parameters: {m: 1.0, A: 0.3, g: 9.81, c: 0.2}
+bodies:
+  a: {at: [s, sin(t), s^2], turn: [z: p + 2*q, x: p*q], centre: [0.1, 0.2, 0], mass: m,
+      inertia: [A, A, A]}
+  b: {on: a, at: [0.3, q^2, p], turn: [{axis: [1, 2, 2], angle: q + t}], centre: [0, 0.1, 0.3],
+      mass: 2*m, inertia: [[0.5, 0.1, 0], [0.1, 0.4, 0.05], [0, 0.05, 0.3]]}
+particles:
+  bob: {mass: m, position: [p, q, s]}
+coordinates: [s, p, q]
+potentials: {weight: {gravity: g}, spring: p^2/2 + z_b*s}
+forces:
+  push: {on: b, force: [1, p, 0]}
+  twist: {on: b, torque: [0, q, dot(p)]}
+  pull: {on: q, force: -c*dot(q)}
+dissipation: {drag: c*dot(s)^2/2}
+"""
+    monkeypatch.setattr(body_recursion, "CHAIN_TERMS", 0)
+    assert derive(read_text(text)).derivation.certificate.mismatch < 1e-20
+
+
+def test_chains_that_are_too_long_beside_constraints_are_refused_at_the_frame() -> None:
     with pytest.raises(InputError) as caught:
-        reduce(read_text(_chain(30)))
+        reduce(read_text(_chain(30) + "\nconstraints: {end: z_b29 = -1}"))
     (problem,) = caught.value.problems
     assert "this chain of frames is too long" in problem.message
     assert problem.mark is not None

@@ -1,0 +1,422 @@
+"""M and f of trees of bodies by recursion over their frames: composite bodies, and their bias.
+
+Positions of a long chain are nested products, and each of their derivatives is as long as they are.
+Velocities follow from frame to frame instead, and so do accelerations of the motion without q̈;
+masses, first moments and tensors of inertia of all that a frame carries are added up from its end:
+
+    ω = ω' + Σ n α̇,   v = v' + ω' × d + Σ e ẋ,
+    M_kl = n_k · (J n_l),   h_k = n_k · N  (turns; e · F of displacements)
+
+where a frame stands at d from the one below it, N and F are the moment and force of inertia of what
+it carries, and J its tensor about the frame's origin (R. Featherstone, Rigid Body Dynamics
+Algorithms, 2008, sections 5.3 and 6.2; here along the axes of space, moments about each frame's own
+origin, so that nothing of the size of the chain cancels). Code for f and for what M is made of
+grows with the length of a chain, that for M with its square.
+
+Angles and displacements e(q, t) may be any expressions: with E = ∂e/∂q, M becomes EᵀM E.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.polynomials import term_count
+from lagrange_cli.mechanics.dynamics.shared_vectors import ENTRIES, NO_VECTOR, Shared, Vector
+from lagrange_cli.mechanics.free_symbols import symbols_in
+from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.scene.bodies import Body, Frame, Motion
+from lagrange_cli.scene.language.expression import Expression
+
+_ZERO, _ONE, _MINUS = sp.S.Zero, sp.S.One, sp.S.NegativeOne
+
+#: Terms of the longest position of a body that is multiplied out: those of longer chains double
+#: with every joint or two. A spatial chain of six bodies has 20, and is the longest whose equations
+#: are collected within :data:`.lagrange.MOST_COLLECTED_PRODUCTS`.
+CHAIN_TERMS = 25
+
+
+@dataclass(frozen=True)
+class _Amount:
+    """An angle or displacement e(q, t) with its axis.
+
+    Attributes
+    ----------
+    axis
+        Unit vector along the axes of space.
+    is_turn
+        True of a turn.
+    slopes
+        Coordinate number → ∂e/∂q.
+    rate, bias
+        ė, and ë without accelerations.
+    """
+
+    axis: Vector
+    is_turn: bool
+    slopes: Mapping[int, sp.Expr]
+    rate: sp.Expr
+    bias: sp.Expr
+
+
+@dataclass
+class _Link:
+    """A frame with its motion, and the body at it if there is one.
+
+    Attributes
+    ----------
+    parent
+        The link below it; None for space.
+    step
+        Its origin from that of the parent.
+    amounts
+        Its angles and displacements.
+    spin, change
+        ω, and ω̇ without accelerations.
+    velocity, acceleration
+        Those of its origin, the latter without accelerations of coordinates.
+    mass, moment, inertia
+        Of all that it carries: mass, first moment and tensor about its origin.
+    force, torque
+        Force and moment of inertia about its origin, of all that it carries, less what acts on it.
+    """
+
+    parent: _Link | None
+    step: Vector
+    amounts: tuple[_Amount, ...]
+    spin: Vector = NO_VECTOR
+    change: Vector = NO_VECTOR
+    velocity: Vector = NO_VECTOR
+    acceleration: Vector = NO_VECTOR
+    mass: list[sp.Expr] = field(default_factory=list)
+    moment: list[Vector] = field(default_factory=list)
+    inertia: list[Sequence[sp.Expr]] = field(default_factory=list)
+    force: list[Vector] = field(default_factory=list)
+    torque: list[Vector] = field(default_factory=list)
+
+    @property
+    def below(self) -> Iterator[_Link]:
+        """Yield it, then the links that it stands on."""
+        link: _Link | None = self
+        while link is not None:
+            yield link
+            link = link.parent
+
+
+def has_long_chain(reduced: Reduced) -> bool:
+    """Tell whether a body stands on so many frames that its position is not multiplied out.
+
+    Multiplied out, its terms double with every joint or two; as they stand, they share the axes of
+    the frames below them.
+    """
+    elements = zip(reduced.scene.particles, reduced.names.particle_symbols, strict=True)
+    return any(
+        term_count(reduced.resolved[s]) > CHAIN_TERMS
+        for particle, centre in elements
+        if isinstance(particle, Body) and not particle.planar
+        for s in centre
+    )
+
+
+def recursion_of(reduced: Reduced) -> BodyRecursion | None:
+    """Return the recursion over the bodies of a scene; None for short chains and beside closures.
+
+    With closures a chain is no longer than its equations are when they are left factored.
+    """
+    is_open = not reduced.closures
+    return BodyRecursion(reduced) if is_open and has_long_chain(reduced) else None
+
+
+class BodyRecursion:
+    """The inertia of bodies, by recursion over the tree of their frames.
+
+    Attributes
+    ----------
+    velocity
+        Raw symbol of a centre of mass → its velocity.
+    """
+
+    def __init__(self, reduced: Reduced) -> None:
+        self._reduced = reduced
+        self._shared = Shared()
+        self._q = [c.q for c in reduced.coordinates]
+        self._v = [c.v for c in reduced.coordinates]
+        self._links: dict[str, _Link] = {}
+        self._arms: dict[str, Vector] = {}
+        self._places: dict[sp.Symbol, tuple[str, int]] = {}
+        self.velocity: dict[sp.Symbol, sp.Expr] = {}
+        elements = zip(
+            reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
+        )
+        for body, centre, mass in elements:
+            if isinstance(body, Body):
+                self._add(body, centre, mass)
+
+    def moves(self, symbol: sp.Symbol) -> bool:
+        """Tell whether a raw symbol is a component of a centre of mass."""
+        return symbol in self._places
+
+    def holds(self, name: str) -> bool:
+        """Tell whether a body of this name is among these."""
+        return name in self._arms
+
+    # Forward: motions of frames, inertia of bodies.
+
+    def _placed(self, expressions: Sequence[Expression]) -> Vector:
+        reduced = self._reduced
+        x, y, z = (reduced.resolve(reduced.convert(e)) for e in expressions)
+        return x, y, z
+
+    def _link(self, frame: Frame) -> _Link:
+        if frame.name not in self._links:
+            shared = self._shared
+            parent = None if frame.parent is None else self._link(frame.parent)
+            amounts = [self._amount(motion) for motion in frame.motions]
+            moving = tuple(a for a in amounts if a.slopes or a.rate is not _ZERO)
+            link = _Link(parent, self._placed(frame.step), moving)
+            if parent is not None:
+                spin, step = parent.spin, link.step
+                carried = shared.cross(spin, step)
+                link.spin, link.change = spin, parent.change
+                link.velocity = shared.total((parent.velocity, carried))
+                link.acceleration = shared.total(
+                    (
+                        parent.acceleration,
+                        shared.cross(parent.change, step),
+                        shared.cross(spin, carried),
+                    )
+                )
+            for amount in moving:
+                self._move(link, amount)
+            self._links[frame.name] = link
+        return self._links[frame.name]
+
+    def _move(self, link: _Link, amount: _Amount) -> None:
+        """Add a motion of a frame to the motion of what it stands on."""
+        shared = self._shared
+        added = shared.scaled(amount.rate, amount.axis)
+        biased = shared.scaled(amount.bias, amount.axis)
+        turning = shared.cross(link.spin, added)
+        if amount.is_turn:
+            link.change = shared.total((link.change, turning, biased))
+            link.spin = shared.total((link.spin, added))
+        else:
+            twice = shared.scaled(sp.Integer(2), turning)
+            link.acceleration = shared.total((link.acceleration, twice, biased))
+            link.velocity = shared.total((link.velocity, added))
+
+    def _amount(self, motion: Motion) -> _Amount:
+        reduced, shared = self._reduced, self._shared
+        e = reduced.resolve(reduced.convert(motion.amount))
+        t = reduced.names.t
+        slopes = {j: derivative(e, q) for j, q in enumerate(self._q) if q in symbols_in(e)}
+        parts = [(slope, self._v[j]) for j, slope in slopes.items()]
+        if t in symbols_in(e):
+            parts.append((derivative(e, t), _ONE))
+        bias = []
+        for slope, speed in parts:
+            present = symbols_in(slope)
+            for q, v in zip(self._q, self._v, strict=True):
+                if q in present:
+                    bias.append(shared.multiply(derivative(slope, q), speed, v))
+            if t in present:
+                bias.append(shared.multiply(derivative(slope, t), speed))
+        rate = shared.add(*(shared.multiply(*pair) for pair in parts))
+        return _Amount(self._placed(motion.axis), motion.is_turn, slopes, rate, shared.add(*bias))
+
+    def _add(self, body: Body, centre: Sequence[sp.Symbol], mass: sp.Expr) -> None:
+        shared, link = self._shared, self._link(body.frame)
+        arm = self._arm(body)
+        spin = link.spin
+        carried = shared.cross(spin, arm)
+        velocity = shared.total((link.velocity, carried))
+        acceleration = shared.total(
+            (link.acceleration, shared.cross(link.change, arm), shared.cross(spin, carried))
+        )
+        tensor = self._in_space(body)
+        force = shared.scaled(mass, acceleration)
+        torque = shared.total(
+            (
+                shared.times(tensor, link.change),
+                shared.cross(spin, shared.times(tensor, spin)),
+                shared.cross(arm, force),
+            )
+        )
+        moment = shared.scaled(mass, arm)
+        link.mass.append(mass)
+        link.moment.append(moment)
+        link.inertia += [tensor, self._moved(moment, arm)]
+        link.force.append(force)
+        link.torque.append(torque)
+        self._arms[body.name] = arm
+        for k, symbol in enumerate(centre):
+            self._places[symbol] = body.name, k
+            self.velocity[symbol] = velocity[k]
+
+    def _arm(self, body: Body) -> Vector:
+        """Return the centre of mass from the origin, along the axes of space."""
+        if body.centre is None:
+            return NO_VECTOR
+        centre = self._placed(body.centre)
+        rows = [self._placed(body.rotation[3 * i : 3 * i + 3]) for i in range(3)]
+        x, y, z = (self._shared.dot(row, centre) for row in rows)
+        return x, y, z
+
+    def _in_space(self, body: Body) -> list[sp.Expr]:
+        """Return the tensor R I Rᵀ of a body about its centre, along the axes of space."""
+        shared = self._shared
+        entries = [self._placed(body.rotation[3 * i : 3 * i + 3]) for i in range(3)]
+        inertia = [self._placed(row) for row in body.inertia]
+        turned = [[shared.dot(row, column) for column in inertia] for row in entries]
+        tensor = []
+        for i, j in ENTRIES:
+            x, y, z = turned[i]
+            tensor.append(shared.dot((x, y, z), entries[j]))
+        return tensor
+
+    def _moved(self, moment: Vector, step: Vector) -> list[sp.Expr]:
+        """Return (m·d) 1 − (m dᵀ + d mᵀ)/2, of a point mass with the first moment m at d."""
+        shared = self._shared
+        products = [[shared.multiply(a, b) for b in step] for a in moment]
+        tensor = []
+        for i, j in ENTRIES:
+            if i == j:
+                tensor.append(shared.add(*(products[k][k] for k in range(3) if k != i)))
+            else:
+                tensor.append(shared.minus(products[i][j]))
+        return tensor
+
+    # Loads.
+
+    def push(self, symbol: sp.Symbol, force: sp.Expr) -> None:
+        """Add a force along a component of a centre of mass."""
+        name, k = self._places[symbol]
+        load = [_ZERO, _ZERO, _ZERO]
+        load[k] = force
+        self._load(name, (load[0], load[1], load[2]), NO_VECTOR)
+
+    def _load(self, name: str, force: Vector, torque: Vector) -> Vector:
+        """Add a force at a centre of mass and a torque; return the moment about the origin."""
+        shared, link = self._shared, self._links[name]
+        about = shared.total((torque, shared.cross(self._arms[name], force)))
+        link.force.append(shared.scaled(_MINUS, force))
+        link.torque.append(shared.scaled(_MINUS, about))
+        return about
+
+    def load(
+        self, name: str, components: Sequence[sp.Expr], *, is_torque: bool
+    ) -> tuple[sp.Expr, ...]:
+        """Add a force at a centre of mass, or a torque, and return its generalized forces."""
+        shared = self._shared
+        x, y, z = components
+        force, torque = (NO_VECTOR, (x, y, z)) if is_torque else ((x, y, z), NO_VECTOR)
+        about = self._load(name, force, torque)
+        rows: list[list[sp.Expr]] = [[] for _ in self._q]
+        for link in self._links[name].below:
+            self._add_work(link, force, about, rows)
+            about = shared.total((about, shared.cross(link.step, force)))
+        return tuple(shared.add(*row) for row in rows)
+
+    def _add_work(
+        self, link: _Link, force: Vector, torque: Vector, rows: Sequence[list[sp.Expr]]
+    ) -> None:
+        for amount in link.amounts:
+            along = self._shared.dot(amount.axis, torque if amount.is_turn else force)
+            for j, slope in amount.slopes.items():
+                if along is not _ZERO:
+                    rows[j].append(self._shared.multiply(slope, along))
+
+    # Backward: composite bodies.
+
+    def equations(
+        self,
+        further: Mapping[tuple[int, int], Sequence[sp.Expr]],
+        forcing: Sequence[Sequence[sp.Expr]],
+    ) -> tuple[dict[tuple[int, int], sp.Expr], list[sp.Expr]]:
+        """Return the upper triangle of M by row and column, and f, with the terms of all else."""
+        shared = self._shared
+        entries = {place: [*terms] for place, terms in further.items()}
+        rows: list[list[sp.Expr]] = [[] for _ in self._q]
+        for link in reversed(self._links.values()):
+            mass = shared.add(*link.mass)
+            moment, force, torque = map(shared.total, (link.moment, link.force, link.torque))
+            inertia = [shared.add(*(t[k] for t in link.inertia)) for k in range(6)]
+            self._add_work(link, force, torque, rows)
+            for number, amount in enumerate(link.amounts):
+                momentum = self._momentum(amount, mass, moment, inertia)
+                self._add_column(link, number, momentum, entries)
+            if link.parent is not None:
+                self._carry(link, (mass, moment, inertia, force, torque))
+        whole = {place: shared.add(*terms) for place, terms in entries.items()}
+        upper = {place: entry for place, entry in sorted(whole.items()) if entry is not _ZERO}
+        pairs = zip(rows, forcing, strict=True)
+        return upper, [shared.add(shared.minus(shared.add(*row)), *terms) for row, terms in pairs]
+
+    def _momentum(
+        self, amount: _Amount, mass: sp.Expr, moment: Vector, inertia: Sequence[sp.Expr]
+    ) -> tuple[Vector, Vector]:
+        """Return momentum and moment of momentum of what a frame carries in a unit motion."""
+        shared = self._shared
+        if amount.is_turn:
+            return shared.cross(amount.axis, moment), shared.times(inertia, amount.axis)
+        return shared.scaled(mass, amount.axis), shared.cross(moment, amount.axis)
+
+    def _add_column(
+        self,
+        link: _Link,
+        number: int,
+        momentum: tuple[Vector, Vector],
+        entries: dict[tuple[int, int], list[sp.Expr]],
+    ) -> None:
+        """Add the products of a motion with itself, earlier ones of its frame, and those below."""
+        shared, (force, torque) = self._shared, momentum
+        amount = link.amounts[number]
+        for at in link.below:
+            for earlier in at.amounts[: number + 1] if at is link else at.amounts:
+                along = shared.dot(earlier.axis, torque if earlier.is_turn else force)
+                if along is _ZERO:
+                    continue
+                for j, first in amount.slopes.items():
+                    for k, second in earlier.slopes.items():
+                        if earlier is amount and k < j:
+                            continue
+                        value = shared.multiply(first, second, along)
+                        terms = entries.setdefault((min(j, k), max(j, k)), [])
+                        terms += [value, value] if j == k and earlier is not amount else [value]
+            torque = shared.total((torque, shared.cross(at.step, force)))
+
+    def _carry(
+        self,
+        link: _Link,
+        whole: tuple[sp.Expr, Vector, Sequence[sp.Expr], Vector, Vector],
+    ) -> None:
+        """Add what a frame carries to what that below it carries."""
+        shared, parent, step = self._shared, link.parent, link.step
+        assert parent is not None
+        mass, moment, inertia, force, torque = whole
+        shift = shared.scaled(mass, step)
+        parent.mass.append(mass)
+        parent.moment += [moment, shift]
+        # About the other origin: J + (2 m·d + M d·d) 1 − m dᵀ − d mᵀ − M d dᵀ.
+        doubled = shared.total((shift, moment))
+        parent.inertia.append(inertia)
+        parent.inertia.append(self._moved_both(moment, doubled, step))
+        parent.force.append(force)
+        parent.torque += [torque, shared.cross(step, force)]
+
+    def _moved_both(self, moment: Vector, doubled: Vector, step: Vector) -> list[sp.Expr]:
+        """Return the change of a tensor about an origin at −d, with M d + m as ``doubled``."""
+        shared = self._shared
+        first = [[shared.multiply(a, b) for b in step] for a in doubled]
+        second = [[shared.multiply(a, b) for b in step] for a in moment]
+        tensor = []
+        for i, j in ENTRIES:
+            if i == j:
+                parts = [p[k][k] for k in range(3) if k != i for p in (first, second)]
+                tensor.append(shared.add(*parts))
+            else:
+                tensor.append(shared.minus(shared.add(first[i][j], second[j][i])))
+        return tensor
