@@ -149,18 +149,17 @@ def _state(
     if isinstance(node, Mapping):
         is_switch = moved_by == "rate" and any(k.text in _SWITCH for k, _ in node.entries)
         first = _SWITCH if is_switch else (moved_by, "unit")
-        known = (*first, "description", "latex")
-        fields = reading.fields(node, what, known, required=_SWITCH if is_switch else (moved_by,))
+        required = _SWITCH if is_switch else (moved_by,)
+        fields = reading.fields(node, what, (*first, "description", "latex"), required=required)
     named = ((fields[k], f"'{k}' of {what}") for k in _SWITCH if k in fields)
     both = list(filter(None, (reading.equation(*entry, INEQUALITIES) for entry in named)))
     switch = DeclaredSwitch(*both) if len(both) == len(_SWITCH) else None
-    moved = _zero(key.mark) if switch else None
-    if moved_by in fields:
-        moved = reading.expression(fields[moved_by], f"the {moved_by} of {what}")
-    unit = read_text_field(fields, "unit", what, reading)
-    description = _description(fields, what, reading)
-    texts = unit, description, with_indices(read_latex(fields, what, reading), key.text)
-    return None if moved is None else DeclaredState(key.text, key.mark, moved, *texts, switch)
+    rate = fields.get(moved_by)
+    moved = reading.expression(rate, f"the {moved_by} of {what}") if rate else None
+    moved = _zero(key.mark) if switch else moved
+    texts = read_text_field(fields, "unit", what, reading), _description(fields, what, reading)
+    further = *texts, with_indices(read_latex(fields, what, reading), key.text), switch
+    return None if moved is None else DeclaredState(key.text, key.mark, moved, *further)
 
 
 #: Keys of a controller.
