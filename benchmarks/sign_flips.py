@@ -97,10 +97,10 @@ def is_same(first: Expr, second: Expr) -> bool:
 def count(path: Path, counts: Counts) -> None:
     """Flip the signs of one scene, and count what becomes of them."""
     text, file = path.read_text(encoding="utf-8"), str(path)
-    scene = read_text(text, file)
     texts = list(flipped(text))
     if not texts:
         return
+    scene = read_text(text, file)
     equations = derive(scene)
     before = residuals(equations, scene)
     counts.scenes += 1
