@@ -74,3 +74,7 @@ def test_exercises_need_steps() -> None:
 @pytest.mark.parametrize("style", ["exercise", "solution"])
 def test_exercises_compile(language: str, style: str, tmp_path: Path) -> None:
     compiled(tmp_path, written("latex", "wheel_down_incline", style=style, language=language))
+
+
+def test_names_are_escaped_once() -> None:
+    assert r"\text{potential spring{[}1{]}}" in written("markdown", "oscillator_ring")

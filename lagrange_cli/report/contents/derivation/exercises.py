@@ -87,11 +87,11 @@ def _applied(writer: DocumentWriter) -> Iterator[Section | None]:
     board = StepsWriter(writer.equations, steps=steps, omission=writer.omission)
     rows = [
         *(
-            board.row(named(say("kinetic energy {name}", name=Plain(term.name))), term.written)
+            board.row(named(say("kinetic energy {name}", name=term.name)), term.written)
             for term in steps.kinetic
         ),
         *(
-            board.row(named(say("potential {name}", name=Plain(term.name))), term.written)
+            board.row(named(say("potential {name}", name=term.name)), term.written)
             for term in steps.potentials
         ),
     ]
