@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from lagrange_cli.cli.options import in_order
+from lagrange_cli.cli.terminal.command import heading
 
 if TYPE_CHECKING:
     from lagrange_cli.api.formats import Option
@@ -19,15 +20,21 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 def of_formats(
-    formats: Mapping[str, Sequence[Option]],
+    formats: Mapping[str, Sequence[Option]], headings: Mapping[str, str] | None = None
 ) -> Callable[[_Command], _Command]:
-    """The options that formats declare, each once; their help says what it means in which."""
+    """The options that formats declare, each once; their help says what it means in which.
+
+    ``headings``: name of an option → the heading that stands above it.
+    """
     declared: dict[str, list[tuple[str, Option]]] = {}
     for name, taken in formats.items():
         for option in taken:
             declared.setdefault(option.name, []).append((name, option))
     further = {name for name, uses in declared.items() if all(option.further for _, option in uses)}
-    single = [_of_formats(*item) for item in declared.items() if item[0] not in further]
+    single = []
+    for name in (name for name in declared if name not in further):
+        single += [heading(headings[name])] if headings and name in headings else []
+        single.append(_of_formats(name, declared[name]))
     asked = {name: declared[name] for name in declared if name in further}
     return in_order([*single, _with_further(asked)] if asked else single)
 

@@ -124,8 +124,8 @@ def _refuse_several(chosen: Emitter, scene: str, folder: str) -> None:
 @options.parameters
 @options.formulation("auto", "auto")
 @options.steps
-@heading("Documents and code")
-@of_formats({name: format_.options for name, format_ in EMITTERS.items()})
+@heading("Documents, and the style of Python")
+@of_formats({name: format_.options for name, format_ in EMITTERS.items()}, {"real": "Code"})
 @options.common
 @click.pass_obj
 def emit(

@@ -6,7 +6,7 @@ import io
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from lagrange_cli.drawn import Film, Reported, draw_into
 from lagrange_cli.errors import InputError, Problem
@@ -161,7 +161,8 @@ class Trajectory(Reported):
         its terms, for ``energy`` and ``jacobi`` as in ``energy_drift``; None where a number is
         not finite. None unless it was asked for.
     equations
-        Those that :meth:`animate` draws; None where they are not known to be of this motion.
+        Those that :meth:`animate` draws; None where they are not known to be of this motion, and in
+        what was pickled.
     """
 
     name: str
@@ -198,6 +199,10 @@ class Trajectory(Reported):
     labels: Labels = field(default_factory=Labels)
     conserved_drift: Mapping[str, float | None] | None = None
     equations: Equations | None = field(default=None, repr=False, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the numbers alone, which are what travels between processes."""
+        return {**self.__dict__, "equations": None}
 
     @property
     def exit_code(self) -> int:
