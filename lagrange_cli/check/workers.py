@@ -9,8 +9,6 @@ from __future__ import annotations
 import gc
 import math
 import multiprocessing
-import os
-import signal
 import threading
 import time
 from collections import deque
@@ -32,6 +30,7 @@ from lagrange_cli.files import (
     reading_carried,
 )
 from lagrange_cli.scene import read_text
+from lagrange_cli.simulate.parallel import become_worker
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate.cluster.tasks import Cluster
@@ -82,24 +81,13 @@ def _work(
         Bytes that it may take; None for no limit.
     """
     gc.set_threshold(*collection)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(signal, "SIGHUP"):
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    become_worker()
     if memory is not None:
         import resource  # which Windows lacks
 
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     answer.send(None)
     answer.send(job(path))
-
-
-def _end_with_parent() -> None:
-    """End this process when its parent has ended, whether or not that could end it."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _died(path: str, process: BaseProcess) -> SceneReport:

@@ -95,7 +95,7 @@ def _by_processes(
 def _processes(jobs: int | None) -> Iterator[ProcessPoolExecutor]:
     """Start processes of this machine, which end with the context whatever they are at."""
     before = set(multiprocessing.active_children())
-    executor = ProcessPoolExecutor(jobs, initializer=_leave_interrupts)
+    executor = ProcessPoolExecutor(jobs, initializer=become_worker)
     try:
         yield executor
         executor.shutdown()
@@ -173,10 +173,21 @@ def in_threads(
             threads.shutdown(wait=True, cancel_futures=True)
 
 
-def _leave_interrupts() -> None:
-    """Ctrl-C and the end of a terminal reach every process there: the one that waits for the others
-    decides."""
+def become_worker() -> None:
+    """Make this process one of those that another waits for, and decides about.
+
+    Ctrl-C and the end of a terminal, which reach every process there, are left to that one. When it
+    has ended, whether or not it could end the others, this process ends.
+    """
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -250,6 +250,19 @@ def whole(tmp_path_factory):
         return dict(arrays)
 
 
+def children(process):
+    """The processes that a process has started, where the system tells."""
+    listed = Path(f"/proc/{process}/task/{process}/children")
+    return listed.read_text().split() if listed.exists() else []
+
+
+def is_running(process):
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 @pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.campaign), "2"])
 def test_a_killed_run_goes_on_in_its_store(folder, whole, jobs):
     """Neither half a block is counted nor a whole one run again."""
@@ -268,8 +281,12 @@ def test_a_killed_run_goes_on_in_its_store(folder, whole, jobs):
     # Its folder is made before the chunk is in its place.
     while not (store / "block.finished" / "c" / "0").exists() and time.monotonic() < give_up:
         time.sleep(0.02)
+    workers = children(process.pid)
     process.kill()
     process.wait()
+    while any(map(is_running, workers)) and time.monotonic() < give_up:
+        time.sleep(0.02)
+    assert not [worker for worker in workers if is_running(worker)]
     finished = zarr.open_group(str(store), mode="r")["block.finished"][:]
     assert 0 < finished.sum() < len(finished)
     assert run(folder, *words, "-o", "out.zarr").returncode == 2
