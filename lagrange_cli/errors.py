@@ -37,6 +37,22 @@ class Mark:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """A replacement of what a mark marks.
+
+    Attributes
+    ----------
+    mark
+        The place.
+    text
+        What stands there then.
+    """
+
+    mark: Mark
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """One mistake, its place, and a way to mend it.
 
@@ -52,6 +68,8 @@ class Problem:
         A short stable identifier for reports (``unknown-name``, ``redundant``).
     severity
         Warnings are refused with ``--strict`` only.
+    edits
+        Replacements by values that were found, which mend it; empty if none is known.
     """
 
     message: str
@@ -59,6 +77,7 @@ class Problem:
     hint: str = ""
     rule: str = "invalid"
     severity: Literal["error", "warning"] = "error"
+    edits: tuple[Edit, ...] = ()
 
 
 class LagrangeError(Exception):

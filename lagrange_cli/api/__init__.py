@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         files_of,
         note_outcomes,
         scenes_in,
+        update_of,
     )
     from lagrange_cli.mechanics.step_values import Way
     from lagrange_cli.report.values.reports import REPORTS, report_schema, report_values
@@ -83,6 +84,7 @@ __all__ = [
     "scene_schema",
     "scenes_in",
     "starter_scene",
+    "update_of",
 ]
 
 #: Module → the names that it offers here.
@@ -95,7 +97,7 @@ _OFFERED = {
     "check.answers": ("judged_answers",),
     "check": (
         *("CheckedMotions", "CheckOptions", "Limits", "Report", "SceneReport", "Selection"),
-        *("check_paths", "files_of", "note_outcomes", "scenes_in"),
+        *("check_paths", "files_of", "note_outcomes", "scenes_in", "update_of"),
     ),
     "mechanics.step_values": ("Way",),
     "pages.server": ("PageServer", "message_page"),

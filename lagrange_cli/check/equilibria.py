@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 from typing import TYPE_CHECKING, Any, get_args
 
-from lagrange_cli.errors import InputError, Mark, Problem, nearest
+from lagrange_cli.check.model import edits_at
+from lagrange_cli.errors import Edit, InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.notation.scene_language import to_scene_language
@@ -14,7 +16,7 @@ from lagrange_cli.scene.conditions import EquilibriumExpectation, Expect
 from lagrange_cli.scene.language.expression import Expression
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from sympy import Expr, Symbol
 
@@ -50,7 +52,7 @@ def expected_equilibria(expect: Expect, equations: Equations) -> Iterator[Proble
             rule="equilibria",
         )
     for expected in expect.equilibria:
-        yield from _one_equilibrium(expected, equilibria, equations)
+        yield from _one_equilibrium(expected, equilibria, equations, expect.equilibria)
 
 
 def expected_law(expect: Expect, equations: Equations) -> Iterator[Problem]:
@@ -109,7 +111,10 @@ def _law(point: Equilibrium, equations: Equations) -> str:
 
 
 def _one_equilibrium(
-    expected: EquilibriumExpectation, equilibria: Equilibria, equations: Equations
+    expected: EquilibriumExpectation,
+    equilibria: Equilibria,
+    equations: Equations,
+    listed: Sequence[EquilibriumExpectation],
 ) -> Iterator[Problem]:
     from lagrange_cli.analysis.values import Verdict
 
@@ -131,17 +136,52 @@ def _one_equilibrium(
             hint = nearest(entry.name, names)
             yield Problem(message, entry.mark, hint=hint, rule="equilibria")
             return
-    values = {entry.name: number_of(equations, entry.value) for entry in expected.values}
+    values = _numbers_of(expected, equations)
     here = [p for p, place in places if _agrees(values, place, p, equations)]
     if not here:
         message = "this equilibrium is not found"
         hint = f"found: {_listed(equilibria, equations)}"
-        yield Problem(message, expected.mark, hint=hint, rule="equilibria")
+        others = [_numbers_of(one, equations) for one in listed]
+        unnamed = [
+            (p, place)
+            for p, place in places
+            if values.keys() <= place.keys()
+            and not any(_agrees(numbers, place, p, equations) for numbers in others)
+        ]
+        edits = _edits_to_nearest(expected, values, unnamed)
+        yield Problem(message, expected.mark, hint=hint, rule="equilibria", edits=edits)
     elif expected.stability is not None:
         verdicts_here = [p.stability.verdict for p in here if p.stability is not None]
         if expected.stability not in verdicts_here:
             message = f"expected '{expected.stability}', found: {', '.join(verdicts_here)}"
-            yield Problem(message, expected.stability_mark, rule="equilibria")
+            edits = tuple(
+                e for one in verdicts_here[:1] for e in edits_at(expected.stability_mark, one)
+            )
+            yield Problem(message, expected.stability_mark, rule="equilibria", edits=edits)
+
+
+def _numbers_of(expected: EquilibriumExpectation, equations: Equations) -> dict[str, float]:
+    """Evaluate the values of an expected equilibrium."""
+    return {entry.name: number_of(equations, entry.value) for entry in expected.values}
+
+
+def _edits_to_nearest(
+    expected: EquilibriumExpectation,
+    values: Mapping[str, float],
+    places: Sequence[tuple[Equilibrium, Mapping[str, float]]],
+) -> tuple[Edit, ...]:
+    """Replace expected values by those of the nearest of some equilibria."""
+    if not places:
+        return ()
+    point, place = min(
+        places, key=lambda one: math.hypot(*(one[1][name] - x for name, x in values.items()))
+    )
+    edits = [
+        edits_at(entry.value, repr(place[entry.name]))
+        for entry in expected.values
+        if entry.name not in point.free
+    ]
+    return tuple(chain.from_iterable(edits))
 
 
 def _places(point: Equilibrium, equations: Equations) -> dict[str, float]:
@@ -205,15 +245,29 @@ def expected_frequencies(expect: Expect, equations: Equations) -> Iterator[Probl
     expected = sorted(number_of(equations, e) for e in expect.frequencies)
     size = max(map(abs, expected), default=0.0)
     agree = len(frequencies) == len(expected) and all(
-        abs(a - b) <= _WITHIN * max(abs(b), _WITHIN * size)
-        for a, b in zip(frequencies, expected, strict=True)
+        _is_near(a, b, size) for a, b in zip(frequencies, expected, strict=True)
     )
     if not agree:
+        written = sorted(expect.frequencies, key=lambda e: number_of(equations, e))
+        pairs = list(zip(written, frequencies, strict=False))
         yield Problem(
             f"expected the frequencies {_numbers(expected)}; found: {_numbers(frequencies)}",
             expect.frequencies_mark,
             rule="frequencies",
+            edits=tuple(
+                edit
+                for expression, measured in pairs
+                if not _is_near(measured, number_of(equations, expression), size)
+                for edit in edits_at(expression, repr(measured))
+            )
+            if len(frequencies) == len(expected)
+            else (),
         )
+
+
+def _is_near(measured: float, expected: float, size: float) -> bool:
+    """Compare a frequency; those far below the largest, ``size``, are 0."""
+    return abs(measured - expected) <= _WITHIN * max(abs(expected), _WITHIN * size)
 
 
 def _numbers(values: list[float]) -> str:

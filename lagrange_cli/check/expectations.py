@@ -7,7 +7,9 @@ problem for each expectation that does not hold, and nothing for keys that the s
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from sympy import Expr
@@ -25,7 +27,8 @@ from lagrange_cli.check.equilibria import (
     expected_frequencies,
     expected_law,
 )
-from lagrange_cli.errors import Problem, nearest
+from lagrange_cli.check.model import edits_at
+from lagrange_cli.errors import Edit, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.notation.build import display_sum
@@ -51,11 +54,24 @@ def _dof(expect: Expect, equations: Equations) -> Iterator[Problem]:
             expect.dof_mark,
             hint=f"{', '.join(account.counted)}{extra}, K = {account.constraints}",
             rule="dof",
+            edits=edits_at(expect.dof_mark, str(account.dof)),
         )
 
 
 def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) or "none"
+
+
+#: A list between brackets on one line, of names without quotes.
+_FLAT_LIST = re.compile(r"\[[^\[\]{}#'\"]*\]")
+
+
+def _edit_of_list(mark: Mark | None, names: tuple[str, ...]) -> tuple[Edit, ...]:
+    """Replace a list of names; those that are no flat list on one line are left to a person."""
+    flat = None if mark is None else _FLAT_LIST.match(mark.text, mark.column - 1)
+    if mark is None or flat is None:
+        return ()
+    return edits_at(replace(mark, length=len(flat.group())), f"[{', '.join(names)}]")
 
 
 def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
@@ -67,6 +83,7 @@ def _cyclic(expect: Expect, equations: Equations) -> Iterator[Problem]:
             f"found: {_listed(equations.derivation.cyclic)}",
             expect.cyclic_mark,
             rule="cyclic",
+            edits=_edit_of_list(expect.cyclic_mark, equations.derivation.cyclic),
         )
         return
     names = {c.name for c in equations.system.coordinates}

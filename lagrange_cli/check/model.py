@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from lagrange_cli.drawn import Reported
-from lagrange_cli.errors import Problem
+from lagrange_cli.errors import Edit, Mark, Problem
+from lagrange_cli.scene.language.expression import Expression
 
 SceneOutcome: TypeAlias = Literal["pass", "fail", "invalid", "timeout", "crash"]
 
@@ -118,3 +119,10 @@ class Report(Reported):
         if "crash" in outcomes:
             return 3
         return 1 if outcomes - {"pass"} else 0
+
+
+def edits_at(place: Expression | Mark | None, text: str) -> tuple[Edit, ...]:
+    """Replace what is expected at a place; nothing where it does not stand in the file so."""
+    if isinstance(place, Expression):
+        place = place.mark() if place.exact else None
+    return () if place is None else (Edit(place, text),)

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from lagrange_cli.analysis.symmetries.conserved_quantities import with_constants_of_motion
 from lagrange_cli.check.equilibria import number_of
+from lagrange_cli.check.model import edits_at
 from lagrange_cli.errors import Mark, Problem, nearest
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.scene.conditions import Expect, Formulation, InitialValue, StateExpectation
+from lagrange_cli.scene.language.expression import Expression
 
 if TYPE_CHECKING:
     from lagrange_cli.simulate import Trajectory
@@ -156,7 +158,14 @@ def _one_state(state: StateExpectation, motions: Motions) -> Iterator[Problem]:
                 f"found {reached!r}",
                 entry.mark,
                 rule="state",
+                edits=edits_at(entry.value, _rounded(reached, within)),
             )
+
+
+def _rounded(value: float, within: float) -> str:
+    """Write a value to a hundredth of the difference that is allowed."""
+    places = 2 - math.floor(math.log10(within)) if within > 0 else None
+    return repr(value if places is None else round(value, places) + 0.0)
 
 
 def _drift(expect: Expect, motions: Motions) -> Iterator[Problem]:
@@ -199,6 +208,7 @@ def _events(expect: Expect, motions: Motions) -> Iterator[Problem]:
             None if event.time is None else number_of(equations, event.time),
             usual if bound is None else bound,
             event.mark,
+            event.time,
         )
         for event, bound in zip(expect.events, bounds, strict=True)
     ]
@@ -244,12 +254,15 @@ class ExpectedEvent:
         Largest difference from that time.
     mark
         Place in the scene.
+    written
+        The time as it stands in the scene.
     """
 
     name: str
     time: float | None
     within: float
     mark: Mark
+    written: Expression | None = None
 
     def is_met_by(self, event: Event) -> bool:
         """Say whether an event has the name, and is near enough to the time."""
@@ -265,20 +278,27 @@ def missing_events(wanted: Sequence[ExpectedEvent], events: Sequence[Event]) -> 
         matching = (k for k in range(start, len(events)) if want.is_met_by(events[k]))
         place = next(matching, None)
         if place is None:
-            yield Problem(_message(want, events[start:]), want.mark, _hint(events), rule="events")
+            time = _nearest_time(want, events[start:])
+            edits = () if time is None else edits_at(want.written, _rounded(time, want.within))
+            message = _message(want, time)
+            yield Problem(message, want.mark, _hint(events), rule="events", edits=edits)
         else:
             start = place + 1
 
 
-def _message(want: ExpectedEvent, remaining: Sequence[Event]) -> str:
+def _nearest_time(want: ExpectedEvent, events: Sequence[Event]) -> float | None:
+    """Return the time of the event of this name nearest to the one wanted; None for none."""
+    times = [event.t for event in events if event.name == want.name]
+    return min(times, key=lambda t: abs(t - (want.time or 0.0)), default=None)
+
+
+def _message(want: ExpectedEvent, time: float | None) -> str:
     if want.time is None:
         return f"expected {want.name}; it does not happen"
     expected = f"expected {want.name} at t = {want.time!r} within {want.within:g}"
-    times = [event.t for event in remaining if event.name == want.name]
-    if not times:
-        return f"{expected}; it does not happen"
-    nearest = min(times, key=lambda t: abs(t - (want.time or 0.0)))
-    return f"{expected}, found it at {nearest!r}"
+    return (
+        f"{expected}; it does not happen" if time is None else f"{expected}, found it at {time!r}"
+    )
 
 
 def _hint(events: Sequence[Event]) -> str:

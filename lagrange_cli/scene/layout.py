@@ -47,18 +47,18 @@ def laid_out(data: bytes, file: str) -> str:
 
 def _same_tree(first: SourceNode, second: SourceNode) -> bool:
     """Say whether two trees hold the same, the sections of the root in any order."""
-    alike: bool = _plain(first, is_root=True) == _plain(second, is_root=True)
+    alike: bool = plain_tree(first, is_root=True) == plain_tree(second, is_root=True)
     return alike
 
 
-def _plain(node: SourceNode, *, is_root: bool = False) -> Any:
+def plain_tree(node: SourceNode, *, is_root: bool = False) -> Any:
     """Return a tree as tuples, without places; quotes count where a text without them is none."""
     if isinstance(node, Scalar):
         return node.text, node.plain or is_string(node.text)
     if isinstance(node, Mapping):
-        entries = [(key.text, _plain(value)) for key, value in node.entries]
+        entries = [(key.text, plain_tree(value)) for key, value in node.entries]
         return sorted(entries, key=lambda entry: entry[0]) if is_root else entries
-    return tuple(map(_plain, node.items))
+    return tuple(map(plain_tree, node.items))
 
 
 def _same_scene(first: str, second: str, file: str) -> bool:

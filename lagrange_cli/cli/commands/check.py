@@ -16,7 +16,7 @@ from lagrange_cli.cli import engines, options
 from lagrange_cli.cli.guard import guard_scenes
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command, heading
-from lagrange_cli.cli.terminal.output import deliver
+from lagrange_cli.cli.terminal.output import deliver, difference, print_text
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import stamp_of, write_file
 from lagrange_cli.stages import Listener, heard_by
@@ -128,6 +128,13 @@ class _Reporting:
             for scene in report.scenes:
                 click.echo(scene.trace, err=True, nl=False)
 
+    def show_difference(self, text: str) -> None:
+        """Print a difference: before a text, else on stderr, where it is no part of the report."""
+        if self.form.format == "text":
+            print_text(text)
+        else:
+            click.echo(text, err=True, nl=False)
+
 
 @click.command(cls=Command)
 @click.argument(
@@ -178,6 +185,11 @@ class _Reporting:
     help="Give a scene up that takes more memory.",
 )
 @click.option("--watch", is_flag=True, help="Go on, and check again what is changed.")
+@heading("Expectations")
+@click.option(
+    "--update", is_flag=True, help="Write values that were found over expected ones that fail."
+)
+@click.option("--diff", is_flag=True, help="Print what --update would change, and write nothing.")
 @heading("Output")
 @options.reporting("github", "gitlab", "sarif", replaces=True)
 @options.file("--junit", "Write a JUnit XML report to this file as well.")
@@ -211,6 +223,8 @@ def check(
     timeout: float | None,
     memory: int | None,
     watch: bool,
+    update: bool,
+    diff: bool,
     form: ReportForm,
     junit: str | None,
     output: str | None,
@@ -224,6 +238,8 @@ def check(
 
     if watch and "-" in paths:
         raise click.UsageError("--watch: standard input is read once")
+    if update or diff:
+        _require_updatable(paths, parameters, watch)
     session = ctx.ensure_object(Session)
     reporting = _Reporting(form, output, junit, durations)
     if answers:
@@ -241,6 +257,8 @@ def check(
         exitfirst,
     )
     report = run(scenes)
+    if update or diff:
+        report = _updated(report, run, reporting, writes=not diff)
     reporting(session, report)
     if watch:
         _watch(report, paths, Selection(keyword, exclude), run, reporting)
@@ -250,7 +268,7 @@ def check(
 #: Options that are not for answers.
 _OF_SCENES = (
     *("keyword", "exclude", "changed_since", "only_failed", "simulate", "full", "jobs"),
-    *("scheduler", "exitfirst", "timeout", "memory", "watch"),
+    *("scheduler", "exitfirst", "timeout", "memory", "watch", "update", "diff"),
 )
 
 
@@ -277,6 +295,48 @@ def _judge(
     reporting(session, report)
     is_invalid = any(one.outcome == "invalid" for one in report.scenes)
     ctx.exit(2 if is_invalid else report.exit_code)
+
+
+def _require_updatable(paths: Sequence[str], parameters: dict[str, str], watch: bool) -> None:
+    """Refuse an update of what is no file, or with values that are not those of the file."""
+    if "-" in paths:
+        raise click.UsageError("--update: standard input cannot be written")
+    if parameters:
+        raise click.UsageError("--update: expectations are of the scene's own parameters, not -p")
+    if watch:
+        raise click.UsageError("--update and --watch exclude each other")
+
+
+def _updated(report: Report, run: _Run, reporting: _Reporting, *, writes: bool) -> Report:
+    """Show the values found for expectations that fail, and write them.
+
+    Returns the outcomes, of scenes that were written anew.
+    """
+    from lagrange_cli.api import update_of
+
+    scenes = []
+    for scene in report.scenes:
+        if scene.outcome == "pass":
+            scenes.append(scene)
+            continue
+        try:
+            update = update_of(scene, run.asked, cache=run.session.cache)
+        except InputError as error:
+            reason = error.problems[0].message
+            run.session.remark(f"{scene.path}: left as it is: {reason}")
+            scenes.append(scene)
+            continue
+        reporting.show_difference(difference(update.path, update.before, update.after))
+        if writes:
+            write_file(update.path, update.after)
+            run.session.remark(f"{update.path}: written")
+        scenes.append(update.report if writes else scene)
+    updated = replace(report, scenes=tuple(scenes))
+    if writes:
+        from lagrange_cli.api import note_outcomes
+
+        note_outcomes(updated, run.session.cache)
+    return updated
 
 
 def _watch(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator
 
 import click
@@ -10,16 +9,9 @@ import click
 from lagrange_cli.cli import options
 from lagrange_cli.cli.session import Session
 from lagrange_cli.cli.terminal.command import Command
-from lagrange_cli.cli.terminal.output import print_text
-from lagrange_cli.errors import InputError, Problem, escape_controls
+from lagrange_cli.cli.terminal.output import difference, print_text
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import read_bytes, write_file
-
-
-def _difference(path: str, before: bytes, after: str) -> str:
-    """Return what changes, as a unified difference."""
-    old = before.decode("utf-8", "replace").splitlines()
-    lines = difflib.unified_diff(old, after.splitlines(), path, path, lineterm="")
-    return "".join(f"{escape_controls(line)}\n" for line in lines)
 
 
 def _changed(
@@ -76,7 +68,7 @@ def fmt(
     changed = list(_changed(scenes, refused, prints=not (checks or diff)))
     for path, data, text in changed:
         if diff:
-            print_text(_difference(path, data, text))
+            print_text(difference(path, data, text.encode()))
         elif checks:
             session.remark(f"{path}: another layout")
         else:

@@ -9,7 +9,7 @@ from typing import TextIO
 
 from lagrange_cli.cli.terminal.appearance import painter, window_width
 from lagrange_cli.cli.terminal.streams import results
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Problem, escape_controls
 from lagrange_cli.files import can_encode, cannot_write, write_file
 from lagrange_cli.report import UNBROKEN, USUAL_WIDTH, Page
 from lagrange_cli.report.document_options import format_of
@@ -78,6 +78,15 @@ def deliver(content: str | Page, format_: str, path: str | None, *, width: int =
         print_text(content, format_, width=width)
     else:
         write_file(path, content.text(width) if isinstance(content, Page) else content)
+
+
+def difference(path: str, before: bytes, after: bytes) -> str:
+    """Return the changes of a file as a unified difference."""
+    import difflib
+
+    old, new = (text.decode("utf-8", "replace").splitlines() for text in (before, after))
+    lines = difflib.unified_diff(old, new, path, path, lineterm="")
+    return "".join(f"{escape_controls(line)}\n" for line in lines)
 
 
 def print_report(value: object, form: ReportForm, output: str | None = None) -> None:

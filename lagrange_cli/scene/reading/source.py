@@ -8,12 +8,13 @@ grows, and what aliases would expand to is counted before any of it is read.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import yaml
 
-from lagrange_cli.errors import InputError, Mark, Problem
+from lagrange_cli.errors import Edit, InputError, Mark, Problem
 from lagrange_cli.scene.language.problems import Problems, shown
 
 #: Deepest nesting of YAML.
@@ -143,6 +144,29 @@ def _mark_at(text: str, offset: int, file: str) -> Mark:
     end = _BREAK.search(text, offset)
     content = text[start : end.start() if end else len(text)]
     return Mark(file, line, offset - start + 1, content)
+
+
+def edited(text: str, edits: Iterable[Edit]) -> str:
+    """Replace what marks of a text mark; equal edits of one place are one.
+
+    Raises
+    ------
+    InputError
+        A line is no longer that of its mark, or edits of one place differ.
+    """
+    starts = [0, *(line_break.end() for line_break in _BREAK.finditer(text))]
+    spans: dict[tuple[int, int], str] = {}
+    for edit in edits:
+        mark = edit.mark
+        start = starts[mark.line - 1] if mark.line <= len(starts) else len(text)
+        if not text.startswith(mark.text, start):
+            raise _refusal("the file is another since it was read", mark, rule="edit")
+        span = (start + mark.column - 1, start + mark.column - 1 + mark.length)
+        if spans.setdefault(span, edit.text) != edit.text:
+            raise _refusal("several values stand here as one", mark, rule="edit")
+    for (start, end), new in sorted(spans.items(), reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
 
 
 #: A line that begins an entry, and a number with a comma at the end of a text.
