@@ -246,8 +246,10 @@ def require_inertia(derivation: Uncertified, evidence: Evidence) -> None:
     if best is None:
         return
     weakest = coordinates[int(np.abs(best).argmax())]
-    switches = any(holds(e, *KINKED) for row in derivation.mass for p in row.values() for e in p)
-    where = "the configurations looked at" if switches else "every configuration"
+    # What switches, or vanishes to every digit, may be something elsewhere.
+    partly = (*KINKED, sp.exp, sp.tanh)
+    is_partial = any(holds(e, *partly) for row in derivation.mass for p in row.values() for e in p)
+    where = "the configurations looked at" if is_partial else "every configuration"
     raise InputError(
         Problem(
             f"coordinate '{weakest.name}' has no inertia of its own:"

@@ -133,6 +133,19 @@ def test_points_of_a_continuum_by_a_symmetry() -> None:
     assert point.position[0] == pytest.approx(point.position[1], abs=1e-30)
 
 
+@pytest.mark.slow
+def test_points_of_a_continuum_with_a_state_of_first_order() -> None:
+    """A current is a state whose rate is, at rest, a force beside the others."""
+    text = (
+        "coordinates: [x, y]\nkinetic: {T: (dot(x)^2 + dot(y)^2)/2}\n"
+        "potentials: {V: cosh(x - y) - 1 + (x - y)^4}\nstates: {i: {rate: -2*i}}\n"
+        "forces: {f: {on: x, force: i}}\ninitial: {x: 0, y: 0, i: 0}"
+    )
+    (point,) = equilibria(loads(text).derive()).points
+    assert not point.isolated
+    assert point.position[2] == 0
+
+
 def test_no_force_at_rest_is_no_internal_error() -> None:
     analysis = load(DEFECTS / "exit3_analyze_rest_division.yaml").derive().analyze()
     assert {left.part for left in analysis.left_out} == {"equilibria", "linearization", "modes"}

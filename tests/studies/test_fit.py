@@ -145,6 +145,15 @@ def test_tables_that_are_refused(oscillator, tmp_path, text: str, says: str) -> 
     assert problem.mark.file == str(path)
 
 
+@pytest.mark.filterwarnings("error")
+def test_differences_beyond_doubles_are_refused(tmp_path) -> None:
+    far = loads(OSCILLATOR.replace("{x: 1,", "{x: 1e301,")).derive()
+    path = tmp_path / "data.csv"
+    path.write_text("t,x\n0,0.3\n0.1,0.31\n0.2,0.29\n", encoding="utf-8")
+    with pytest.raises(InputError, match="no motion passes the measurements"):
+        far.fit(str(path), ["k"])
+
+
 def test_names_that_are_refused(oscillator, measured) -> None:
     t, x, path = measured
     data = table(path, {"t": t, "x": x})

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
-from lagrange_cli.mechanics.system import Coordinate, InitialState, Input
+from lagrange_cli.mechanics.system import BodyForce, Coordinate, InitialState, Input
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
@@ -30,6 +30,10 @@ def with_state_coordinates(equations: Equations) -> Equations:
     n, k = system.layout.coordinates, system.layout.states
     rows = [dict(entries(row).items()) for row in system.mass_matrix]
     rows += [{n + j: sp.S.One} for j in range(k)]
+    forces = [replace(f, generalized=(*f.generalized, *[sp.S.Zero] * k)) for f in system.forces]
+    for j, state in enumerate(system.states, n):
+        along = tuple(state.rate if i == j else sp.S.Zero for i in range(n + k))
+        forces.append(BodyForce(state.name, state.name, (state.rate,), along))
     closures = tuple(_wider(closure, n + k) for closure in system.closures)
     return replace(
         equations,
@@ -38,6 +42,7 @@ def with_state_coordinates(equations: Equations) -> Equations:
             coordinates=(*system.coordinates, *map(_coordinate, system.states)),
             mass_matrix=tuple(ExpressionRow(n + k, row) for row in rows),
             forcing=(*system.forcing, *(state.rate for state in system.states)),
+            forces=tuple(forces),
             closures=closures,
             initial=_start(system),
             states=(),

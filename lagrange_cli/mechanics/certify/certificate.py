@@ -38,6 +38,7 @@ from lagrange_cli.mechanics.diagnosis.errors import nesting_error
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import Certificate
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.numerics.bounded_functions import nothing_vanishes
 from lagrange_cli.mechanics.numerics.elementary import (
     DecimalRow,
     DecimalValues,
@@ -198,7 +199,8 @@ def certify(derivation: Uncertified, digits: int, points: int) -> Evidence:
                 thorough = len(seen) < _THOROUGH
                 state = _look(tapes, closures, point, known, thorough=thorough)
                 if state.mismatch > tolerance:
-                    state = _looked_at_closely(tapes, closures, point, known, thorough=thorough)
+                    with nothing_vanishes():
+                        state = _looked_at_closely(tapes, closures, point, known, thorough=thorough)
                 seen.append(state)
                 known = [k or not zero for k, zero in zip(known, state.vanishes, strict=True)]
                 states.append(point)

@@ -7,7 +7,9 @@ it has before its point.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import mpmath
@@ -25,6 +27,9 @@ LONGEST_ANGLE = 5_000
 LARGEST_ANGLE = mpf(10) ** LONGEST_ANGLE
 
 
+_vanishes = ContextVar("powers below all decimals are 0", default=True)
+
+
 class DomainError(ArithmeticError):
     """A value is not a finite real number at this point, or is beyond memory."""
 
@@ -36,10 +41,27 @@ def bounded(x: Mpf, largest: Mpf) -> Mpf:
     return x
 
 
+@contextmanager
+def nothing_vanishes() -> Iterator[None]:
+    """Refuse powers below all decimals, which are 0 elsewhere: e^(-2u) may be one where e^(-u) is
+    none, and its square is compared with it."""
+    token = _vanishes.set(False)
+    try:
+        yield
+    finally:
+        _vanishes.reset(token)
+
+
+def _below_all_decimals() -> Mpf:
+    if not _vanishes.get():
+        raise DomainError
+    return mpf(0)
+
+
 def exponential(x: Mpf) -> Mpf:
     """Evaluate e^x."""
     if isinstance(x, mpf) and x < -LARGEST_EXPONENT:
-        return mpf(0)
+        return _below_all_decimals()
     return mpmath.exp(bounded(x, LARGEST_EXPONENT))
 
 
@@ -58,7 +80,7 @@ def power(base: Mpf, exponent: Mpf) -> Mpf:
     if base and abs(exponent) * (abs(mpmath.mag(base)) + 1) > LARGEST_EXPONENT:
         height = exponent * mpmath.log(abs(base))
         if height < -LARGEST_EXPONENT:
-            return mpf(0)
+            return _below_all_decimals()
         bounded(height, LARGEST_EXPONENT)
     return mpmath.power(base, exponent)
 

@@ -19,10 +19,15 @@ from lagrange_cli.simulate.model.inputs import substitute_inputs
 from lagrange_cli.simulate.system.inputs import read_recorded_inputs
 from lagrange_cli.simulate.system.tables import bound
 from lagrange_cli.simulate.system.tracing import InterpretedFunctions
+from lagrange_cli.stages import announce
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.simulate.arrays import Array
+
+
+#: States between two announcements of how far the evaluation is.
+_ANNOUNCED = 1000
 
 
 class LinearFunctions:
@@ -94,6 +99,8 @@ class LinearFunctions:
     def _fill(self, into: Array, name: str, t: Array, y: Array, u: Array) -> None:
         pattern = self._patterns[name]
         for k in range(len(t)):
+            if k % _ANNOUNCED == 0:
+                announce(f"evaluating the linear system at state {k + 1} of {len(t)}")
             values = self._at(name, t[k], y[k], u[k])
             if pattern is None:
                 into[k] = values

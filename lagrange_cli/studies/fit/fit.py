@@ -72,6 +72,8 @@ class FreeValue:
     is_angle: bool = False
 
 
+# Sums of squares beyond doubles are told by what they are.
+@np.errstate(over="ignore", invalid="ignore")
 def fit_motion(
     run: Run,
     measurements: Measurements,

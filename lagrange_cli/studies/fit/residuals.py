@@ -31,6 +31,9 @@ SMALLEST_DEVIATION = 1e-8
 #: Residual of each measurement, over its deviation, at values with which there is no motion.
 _NO_MOTION = 1e6
 
+#: Numbers above this have sums of squares that are beyond doubles, or will have.
+_LARGEST = 1e100
+
 #: Samples of a motion between measurements, at least and at most.
 _SAMPLES, _MOST_SAMPLES = 1001, 64_001
 
@@ -234,9 +237,19 @@ class Residuals:
         return np.asarray(np.sum(list(counts), axis=0))
 
     def jacobian(self, values: Array, until: int | None = None) -> Array:
-        """Return the derivatives of the residuals, shape (measurements, values)."""
-        if not self.by_variation:
-            return self._differences(values, until)
+        """Return the derivatives of the residuals, shape (measurements, values).
+
+        Raises
+        ------
+        InputError
+            Their squares are beyond doubles, or there is no motion.
+        """
+        slopes = (self._slopes if self.by_variation else self._differences)(values, until)
+        if not (np.abs(slopes) < _LARGEST).all():
+            raise InputError(Problem("derivatives of the motion are beyond doubles", rule="fit"))
+        return slopes
+
+    def _slopes(self, values: Array, until: int | None) -> Array:
         last = len(self.times) if until is None else until
         motion = self.motion(values, last)
         slopes = []

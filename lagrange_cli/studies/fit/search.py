@@ -277,8 +277,8 @@ class Search:
             self.tried += 1
             self._residuals.deviations = self._residuals.ranges
             minimum = minimum_from(self._residuals, start, self._box)
-            if minimum is None:
-                continue
+            if minimum is None or not np.isfinite(minimum.cost):
+                continue  # squares of residuals may be beyond doubles
             if self._add(minimum) and number is None:
                 standing = judge(minimum)
             if number is None and self._is_enough(standing):

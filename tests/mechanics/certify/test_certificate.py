@@ -233,6 +233,17 @@ def test_fewer_points_for_many_coordinates(coordinates: int, points: int) -> Non
     assert (found.points, found.digits) == (points, 30)
 
 
+def test_what_is_below_all_decimals_is_no_mismatch() -> None:
+    """Away from s = 0, e^(-s^2/c^2) is below 10^(-10^17), and its square is 0 in decimals."""
+    text = (
+        "particles: {b: {mass: 1, position: [exp(-s^2/1e-18), 0, z]}}\n"
+        "coordinates: [s, z]\ninitial: {s: 0, z: 1}"
+    )
+    for end in ("", "\npotentials: {w: z}", "\npotentials: {w: z^2}"):
+        with pytest.raises(InputError, match=r"is below 1e-307|at the configurations looked at"):
+            derived(text + end)
+
+
 def test_a_force_whose_terms_cancel_altogether_is_certified():
     """What is left of it is rounding, which has no digits to agree in."""
     force = "3*(abs(x + 5.9) - max(x + 5.9, -(x + 5.9)))"

@@ -7,7 +7,11 @@ import pytest
 from mpmath import mpf
 
 from lagrange_cli.analysis.interval_values import IN_INTERVALS, ends, interval
-from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS, DomainError
+from lagrange_cli.mechanics.numerics.bounded_functions import (
+    BOUNDED_FUNCTIONS,
+    DomainError,
+    nothing_vanishes,
+)
 
 #: Three exponentials in each other: the next one has 10^16 digits in its exponent.
 HUGE = mpmath.exp(mpf(10) ** 17)
@@ -31,6 +35,13 @@ def test_what_vanishes_or_ends_to_every_digit_has_a_value():
     assert BOUNDED_FUNCTIONS["tanh"](-HUGE) == -1
     assert BOUNDED_FUNCTIONS["pow"](mpf(2), -HUGE) == 0
     assert BOUNDED_FUNCTIONS["pow"](mpf("0.5"), HUGE) == 0
+
+
+@pytest.mark.parametrize(("name", "arguments"), [("exp", (-HUGE,)), ("pow", (mpf(2), -HUGE))])
+def test_a_power_below_all_decimals_is_refused_where_nothing_may_vanish(name, arguments):
+    with nothing_vanishes(), pytest.raises(DomainError):
+        BOUNDED_FUNCTIONS[name](*arguments)
+    assert BOUNDED_FUNCTIONS[name](*arguments) == 0
 
 
 def test_powers_of_bases_near_one_have_large_exponents():
