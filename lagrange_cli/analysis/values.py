@@ -164,7 +164,7 @@ class Equilibria:
     starts
         Number of starts of the numeric search, 0 if none was needed.
     held_inputs
-        Inputs that vary with time, and the values at which they are held.
+        Inputs that vary with time and states with two values, with what they are held at.
     unproven
         Configurations near which numbers balance, without a proof of an equilibrium.
     """

@@ -458,6 +458,23 @@ initial: {x: 1}
     assert held.equilibria.held_inputs == (("u", 2.0),)
 
 
+def test_states_with_two_values_are_held_beside_inputs():
+    scene = """\
+inputs: {u: sin(t)}
+coordinates: [x]
+kinetic: {block: dot(x)^2/2}
+potentials: {spring: x^2}
+states: {r: {on: x <= -1, off: x >= 2}}
+forces: {push: {on: x, force: u + r}}
+initial: {x: 0, r: 1}
+"""
+    found = analyzed(scene, "equilibria")
+    assert verdicts(found) == {(0.5,): "stable in the linear approximation"}
+    assert "Inputs are held at u = 0." in found.text()
+    assert "States with two values are held at r = 1." in found.text()
+    assert "Les états à deux valeurs sont maintenus à r = 1." in found.text(language="fr")
+
+
 @pytest.mark.parametrize(
     ("at", "fragment"),
     [

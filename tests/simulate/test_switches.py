@@ -51,7 +51,7 @@ def exact(
     fine = 2e-3
     for goal in times:
         while True:
-            flow[1, 2] = numbers["F"] * r
+            flow[1, 2] = numbers["F"] * r + numbers.get("u", 0)
             sign, at = (1, numbers["up"]) if r else (-1, numbers["down"])
 
             def beyond(s: float, z: Array = z, sign: int = sign, at: float = at) -> float:
@@ -184,6 +184,54 @@ def test_members_of_an_ensemble_switch_each_at_its_times() -> None:
     for place, force in zip(members.columns["x"], forces, strict=True):
         alone = loads(_RELAY, parameters={"F": force}).derive().simulate(until=5)
         assert place == pytest.approx(alone.columns["x"], abs=1e-8)
+
+
+def test_relays_change_between_impacts_and_at_them() -> None:
+    # Thrown back by the wall with half its speed, the block is pulled from x = 1 to x = 1/4; it
+    # comes there with the speed at which it is thrown back with 1, on and on, every 21/8.
+    text = """
+    particles: {block: {mass: 1, position: [x, 0, 0]}}
+    coordinates: [x]
+    states:
+      pulled: {on: x >= 1, off: x <= 1/4}
+      away: {on: dot(x) >= 1/2, off: dot(x) <= -1/2}
+    forces: {pull: {on: x, force: -2*pulled}}
+    constraints: {wall: {unilateral: x >= 0, restitution: 1/2}}
+    initial: {x: 1/2, dot(x): 1, pulled: 0, away: 1}
+    simulate: {until: 8, accuracy: 1e-9, samples: 401}
+    """
+    run = simulate(model(text))
+    assert run.status == "ok"
+    since = (run.t + 0.5) % 2.625
+    pull, fall = since - 1, since - 2.5
+    place = np.where(pull < 0, since, np.where(fall < 0, 1 + pull - pull**2, 0.25 - 2 * fall))
+    assert run.columns["x"] == pytest.approx(place, abs=1e-8)
+    between = ~np.isin(run.t, run.exempt)
+    assert between.sum() > 380
+    assert (run.columns["pulled"] == ((pull >= 0) & (fall < 0)))[between].all()
+    assert (run.columns["away"] == (pull < 0.75))[between].all()
+
+
+def test_a_relay_changes_between_the_samples_of_a_controller() -> None:
+    every = 0.3
+    text = _RELAY.replace("F*r", "F*r + u") + (
+        "inputs: [u]\ncontrollers: {every: 0.3, hold: {u: dot(x)/2 + r}}"
+    )
+    run = simulate(model(text))
+    numbers = {"k": 4.0, "c": 0.2, "F": 3.0, "up": 0.5, "down": -0.3}
+    state, r, times, states, relays, changed = np.array([0.0, 1.0]), 0.0, run.t, [], [], 0
+    for sample in range(math.ceil(8 / every)):
+        start, end = sample * every, (sample + 1) * every
+        numbers["u"] = r + state[1] / 2
+        inside = times[(start <= times) & (times < end)]
+        rows, values, changes = exact(numbers, state, r, np.array([*(inside - start), every]))
+        states += rows[:-1].tolist()
+        relays += values[:-1].tolist()
+        state, r, changed = rows[-1], values[-1], changed + len(changes)
+    assert run.status == "ok"
+    assert changed >= 2
+    assert errors(run, np.array(states)) <= 1e-9
+    assert run.columns["r"].tolist() == relays
 
 
 def test_dry_friction_holds_a_body_until_a_relay_pushes_harder() -> None:

@@ -64,7 +64,7 @@ class RestSystem:
     inputs
         Values of inputs at rest, over the parameters.
     held_inputs
-        Inputs that vary with time, and the values at which they are held.
+        Inputs that vary with time and states with two values, with what they are held at.
     free
         Numbers of the coordinates that neither forces nor constraints depend on.
     free_to_give

@@ -199,7 +199,7 @@ _SEARCH: tuple[Key[FoundEquilibria], ...] = (
         Key(
             "held",
             by_name(NUMBER),
-            "Inputs that vary with time, and their values here.",
+            "Inputs that vary with time and states with two values, with their values here.",
             lambda equilibria: equilibria.held_inputs,
         ),
     ),

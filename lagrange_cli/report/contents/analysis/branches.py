@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lagrange_cli.report.contents.analysis.equilibria import held_inputs
+from lagrange_cli.report.contents.analysis.equilibria import held_values
 from lagrange_cli.report.contents.analysis.wording import (
     hidden,
     verdict_word,
@@ -75,7 +75,7 @@ class _BranchContents:
             Labelled(tuple(ends)) if ends else None,
             hidden(len(result.branches) - len(listed)),
             Bullets(tuple(skipped)) if skipped else None,
-            held_inputs(result.held_inputs),
+            *held_values(result.held_inputs),
         )
 
     def marks(self) -> Section | None:

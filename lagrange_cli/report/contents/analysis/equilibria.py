@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -78,15 +78,21 @@ def equilibria_section(analysis: Analysis, writer: DocumentWriter) -> Section | 
         hidden(len(result.points) - len(points)),
         *_absent(places, result),
         Bullets(tuple(map(places.near, result.unproven))) if result.unproven else None,
-        held_inputs(result.held_inputs),
+        *held_values(result.held_inputs, [s.name for s in analysis.equations.system.switches]),
     )
 
 
-def held_inputs(inputs: Sequence[tuple[str, float]]) -> Paragraph | None:
-    """Say at which values inputs are held, if there are some."""
-    if not inputs:
-        return None
-    return Paragraph(say("Inputs are held at {values}.", values=values_of(inputs)))
+def held_values(
+    values: Sequence[tuple[str, float]], switches: Collection[str] = ()
+) -> Iterator[Paragraph]:
+    """Say at which values inputs, and states with two values, are held, if there are some."""
+    inputs = [(name, x) for name, x in values if name not in switches]
+    states = [(name, x) for name, x in values if name in switches]
+    if inputs:
+        yield Paragraph(say("Inputs are held at {values}.", values=values_of(inputs)))
+    if states:
+        text = "States with two values are held at {values}."
+        yield Paragraph(say(text, values=values_of(states)))
 
 
 def _count(equilibria: Equilibria) -> Sentence:
