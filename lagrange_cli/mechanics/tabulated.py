@@ -90,6 +90,13 @@ class Tabulated(sp.Function):  # type: ignore[misc]
         """Number of derivatives by each argument."""
         return tuple(int(n) for n in self.args[len(self.args) // 2 + 1 :])
 
+    @property
+    def is_smooth(self) -> bool:
+        """Tell if its slopes are continuous: those of lines, and of a value held, jump."""
+        table = self.token.table
+        kinked = table.interpolation == "linear" or table.outside == "hold"
+        return not kinked and not any(self.orders)
+
     def slope(self, number: int) -> sp.Expr:
         """Differentiate by one of the arguments."""
         orders = [n + (k == number) for k, n in enumerate(self.orders)]

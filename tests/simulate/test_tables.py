@@ -110,3 +110,57 @@ def test_emitted_python_holds_the_table(tmp_path):
         torque = inner(np.clip(speed, 0, 600))
         torque += inner(0, 1) * min(speed, 0) + inner(600, 1) * max(speed - 600, 0)
         assert rates[1] == pytest.approx((torque - 0.2 * speed) / 2, rel=1e-12)
+
+
+TURNED = (
+    ENGINE.replace("LOAD", "0, s: 1.1, g: 0.9")
+    .replace("force: T(dot(phi))", "force: g*T(s*dot(phi))")
+    .replace("END", "end")
+)
+
+
+def turned(folder: Path, way: str, **values):
+    """The engine with parameters beside its table and in the argument."""
+    engine(folder, way)
+    (folder / "engine.yaml").write_text(TURNED.replace("WAY", way))
+    return load(folder / "engine.yaml", **values).derive()
+
+
+@pytest.mark.parametrize("way", ["monotone", "cubic"])
+def test_derivatives_of_a_motion_go_on_through_the_points_of_a_table(tmp_path, way):
+    """Runs over both sides of each number differ by them."""
+    found = turned(tmp_path, way).simulate(
+        until=6, accuracy=1e-10, sensitivity=["s", "g", "dot(phi)"]
+    )
+    h = 1e-4
+
+    def end(**values):
+        run = turned(tmp_path, way, **values).simulate(until=6, accuracy=1e-12)
+        return np.array([run.columns[name][-1] for name in ("phi", "dot(phi)")])
+
+    for name, value in (("s", 1.1), ("g", 0.9), ("dot(phi)", 10)):
+        kind = "initial" if name == "dot(phi)" else "parameters"
+        up, down = (end(**{kind: {name: value + step}}) for step in (h, -h))
+        columns = f"d(phi)/d({name})", f"dot(d(phi)/d({name}))"
+        exact = [found.columns[column][-1] for column in columns]
+        assert (up - down) / (2 * h) == pytest.approx(exact, rel=1e-6)
+
+
+def test_parameters_beside_and_within_a_table_are_fitted(tmp_path):
+    run = turned(tmp_path, "monotone", parameters={"s": 1.25, "g": 0.8}).simulate(
+        until=6, samples=31
+    )
+    rows = zip(run.t, run.columns["phi"], run.columns["dot(phi)"], strict=True)
+    text = "\n".join(",".join(repr(float(x)) for x in row) for row in rows)
+    (tmp_path / "data.csv").write_text(f"t,phi,dot(phi)\n{text}\n")
+    fit = turned(tmp_path, "monotone").fit(str(tmp_path / "data.csv"), ["s", "g"])
+    assert (fit.status, fit.derivatives) == ("ok", "variational equations")
+    assert [value.value for value in fit.values] == pytest.approx([1.25, 0.8], rel=1e-8)
+
+
+@pytest.mark.parametrize("change", [("monotone", "linear"), ("end", "hold"), ("T(s", "T'(s")])
+def test_derivatives_through_kinks_of_a_table_are_refused(tmp_path, change):
+    engine(tmp_path)
+    (tmp_path / "engine.yaml").write_text(TURNED.replace("WAY", "monotone").replace(*change))
+    with pytest.raises(InputError, match="kinks and jumps of the forces"):
+        load(tmp_path / "engine.yaml").derive().simulate(until=1, sensitivity=["g"])

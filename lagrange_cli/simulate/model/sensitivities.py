@@ -19,10 +19,13 @@ import sympy
 
 from lagrange_cli.errors import InputError, Problem, nearest
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.kinks import KINKED
 from lagrange_cli.mechanics.proofs.finite_field import NoValueError, solved_linear_system
 from lagrange_cli.mechanics.proofs.zero_test import relation_holds
 from lagrange_cli.mechanics.system import Coordinate, InitialState, State
+from lagrange_cli.mechanics.tabulated import Tabulated
 from lagrange_cli.simulate.model.build import model_of
+from lagrange_cli.simulate.model.expressions import forces_and_inertias
 from lagrange_cli.simulate.model.inputs import substitute_inputs
 
 if TYPE_CHECKING:
@@ -198,13 +201,21 @@ def _require_smooth(equations: Equations, model: Model) -> None:
     if equations.system.closures:
         reason = "constraints are kept beside the coordinates"
         hint = "--formulation minimal, where there is one"
-    elif equations.system.contacts or model.surfaces:
+    elif equations.system.contacts or (model.surfaces and not _is_smooth(equations)):
         reason = "contacts, or kinks and jumps of the forces, make it change by jumps"
     elif model.controllers:
         reason = "a controller samples it"
     if reason:
         message = f"the motion's derivatives are not found where {reason}"
         raise InputError(Problem(message, hint=hint, rule="sensitivity"))
+
+
+def _is_smooth(equations: Equations) -> bool:
+    """Tell whether the surfaces are those between pieces of tables that join without a kink."""
+    moved = substitute_inputs(equations)
+    kinks = {k for e in forces_and_inertias(moved) for k in e.atoms(*KINKED, Tabulated)}
+    smooth = all(isinstance(kink, Tabulated) and kink.is_smooth for kink in kinks)
+    return smooth and not moved.system.switches
 
 
 def _direction(
