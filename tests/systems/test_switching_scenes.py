@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from lagrange_cli import loads
 from tests.systems.shipped import simulated
 
 pytestmark = pytest.mark.slow
@@ -72,6 +73,29 @@ def test_a_block_sticks_to_its_belt_until_the_spring_overcomes_the_friction() ->
     assert x == pytest.approx(1.5 / 4, abs=1e-2)
     lasting = [b.start - a.end for a, b in zip(run.slides[:-1], run.slides[1:], strict=True)]
     assert lasting[1:] == pytest.approx(np.full(len(lasting) - 1, lasting[1]), abs=1e-7)
+
+
+def test_states_of_first_order_slide_along_a_surface() -> None:
+    """The relay b brings a + b to 0 at √2 − 1, and keeps it there: a fades with the rate 1."""
+    text = """
+    coordinates: [x]
+    kinetic: {block: dot(x)^2/2}
+    states: {a: b, b: -2*sign(a + b)}
+    forces: {push: {on: x, force: a}}
+    initial: {x: 0, dot(x): 0, a: 1, b: 0}
+    simulate: {until: 4, accuracy: 1e-9, samples: 81}
+    """
+    run = loads(text).derive().simulate()
+    assert run.status == "ok"
+    met = math.sqrt(2) - 1
+    (slide,) = run.slides
+    assert (slide.on, slide.end) == ("a + b", None)
+    assert slide.start == pytest.approx(met, abs=1e-9)
+    fades = np.exp(-np.maximum(run.t - met, 0))
+    a = np.where(run.t < met, 1 - run.t**2, 2 * met * fades)
+    v = np.where(run.t < met, run.t - run.t**3 / 3, met - met**3 / 3 + 2 * met * (1 - fades))
+    assert run.columns["a"] == pytest.approx(a, abs=1e-9)
+    assert run.columns["dot(x)"] == pytest.approx(v, abs=1e-9)
 
 
 def test_a_governed_engine_goes_through_its_limit_cycle() -> None:
