@@ -61,9 +61,8 @@ REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 #: Scenes of rigid bodies, whose steps and constraint forces are not written.
 BODIES = frozenset(p.stem for p in (SYSTEMS / "bodies").glob("*.yaml"))
 
-#: Scenes whose equations hold tables, or cases of `piecewise`: SymPy writes no code for them, and
-#: the tests' own readers of formulas do not know them.
-IN_PIECES = frozenset({"engine_on_a_brake", "play_between_springs"})
+#: Scenes whose equations hold tables, or cases of `piecewise`: SymPy writes no code for them.
+IN_PIECES = frozenset({"engine_on_a_brake", "engine_with_a_throttle", "play_between_springs"})
 
 #: Scenes with states of two values, which no language but C holds.
 SWITCHED = frozenset({"hit_and_miss_engine", "slider_with_play"})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 
 from tests.systems.shipped import SYSTEMS, derived, simulated
 
@@ -71,3 +71,23 @@ def test_an_engine_has_the_torque_of_its_table_and_settles_where_the_brake_takes
     speed = run.columns["dot(phi)"]
     assert run.columns["power"] == pytest.approx(torque(speed) * speed, rel=1e-12)
     assert speed[-1] == pytest.approx(400, abs=0.1)
+
+
+def test_an_engine_has_the_torque_of_its_table_over_speed_and_throttle() -> None:
+    p, run = values_of("engine_with_a_throttle"), simulated("engine_with_a_throttle")
+    assert run.status == "ok"
+    speed, opening, torque = columns_of("engine_with_a_throttle")
+    speeds, openings = np.unique(speed), np.unique(opening)
+    grid = torque.reshape(len(speeds), len(openings))
+    along = PchipInterpolator(speeds, grid)
+    slopes = PchipInterpolator(openings, grid, axis=1).derivative()(openings)
+    across = CubicHermiteSpline(speeds, slopes, np.zeros_like(slopes))
+
+    def rates(t: float, s: Array) -> list[float]:
+        at = 1 - 0.75 * np.exp(-t)
+        drive = CubicHermiteSpline(openings, along(s[1]), across(s[1]))(at)
+        return [s[1], (float(drive) - p["b"] * s[1] ** 2) / p["J"]]
+
+    expected = moved(rates, [0, 80], run.t[::20])
+    assert run.columns["phi"][::20] == pytest.approx(expected[:, 0], abs=1e-7)
+    assert run.columns["dot(phi)"][::20] == pytest.approx(expected[:, 1], abs=1e-7)
