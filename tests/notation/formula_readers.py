@@ -5,6 +5,7 @@ follows a slash is one factor.
 """
 
 import math
+import operator
 import re
 import unicodedata
 
@@ -14,10 +15,17 @@ _FUNCTIONS = {name: getattr(math, name) for name in ("sin", "cos", "tan", "sinh"
 _FUNCTIONS |= {name: getattr(math, name) for name in ("asin", "acos", "atan", "exp", "atan2")}
 _FUNCTIONS |= {"ln": math.log, "abs": abs, "min": min, "max": max, "√": math.sqrt}
 _FUNCTIONS["sign"] = lambda x: math.copysign(1.0, x) if x else 0.0
+_RELATIONS = {">": operator.gt, "<": operator.lt, "≥": operator.ge, "≤": operator.le}
+_RELATIONS |= {">=": operator.ge, "<=": operator.le}
+#: What ends a product.
+_ENDS = (" + ", " - ", *(f" {relation} " for relation in _RELATIONS))
 
 
 class Reader:
-    """Reads a formula from left to right."""
+    """Reads a formula from left to right.
+
+    ``values`` has numbers of names, and functions of names that are applied.
+    """
 
     def __init__(self, text, values):
         self.text, self.at, self.values = text, 0, values
@@ -51,7 +59,7 @@ class Reader:
 
     def term(self):
         value = self.factor()
-        while not self.text.startswith((" + ", " - "), self.at):
+        while not self.text.startswith(_ENDS, self.at):
             if self.takes(" / "):
                 value /= self.factor()
             elif self.takes(" · ") or self.takes(" "):
@@ -77,15 +85,31 @@ class Reader:
         fraction = self.matches(r"(\d+)/(\d+)(?=\))")
         return int(fraction[1]) / int(fraction[2]) if fraction else self.sum()
 
+    def cases(self):
+        """Read values with conditions in brackets; one without a condition is the last."""
+        values = []
+        while self.takes("["):
+            value = self.sum()
+            assert self.takes(", ")
+            values += [value] if self.condition() else []
+            assert self.takes("], ")
+        values.append(self.closed())
+        return values[0]
+
+    def condition(self):
+        left = self.sum()
+        relation = next(r for r in _RELATIONS if self.takes(f" {r} "))
+        return _RELATIONS[relation](left, self.sum())
+
     def primary(self):
+        if self.takes("piecewise("):
+            return self.cases()
         for name in sorted(_FUNCTIONS, key=len, reverse=True):
             if self.text.startswith(name, self.at) and not self.is_letter_ahead(len(name)):
                 self.at += len(name)
                 return self.applied(_FUNCTIONS[name])
         if self.takes("("):
-            value = self.sum()
-            assert self.takes(")")
-            return value
+            return self.closed()
         number = self.matches(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?(?:/\d+)?")
         if number:
             above, _, below = number[0].partition("/")
@@ -95,6 +119,11 @@ class Reader:
             return _FRACTIONS[self.text[self.at - 1]]
         return math.pi if self.takes("π") else self.letter()
 
+    def closed(self):
+        value = self.sum()
+        assert self.takes(")")
+        return value
+
     def is_letter_ahead(self, length):
         """Tell whether a name of the scene begins as a function does: ``since``, ``tan_1``."""
         own = [n for n in self.names if self.text.startswith(n, self.at)]
@@ -103,10 +132,7 @@ class Reader:
     def applied(self, function):
         raised = self.matches(r"[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
         if self.takes("("):
-            arguments = [self.sum()]
-            while self.takes(", "):
-                arguments.append(self.sum())
-            assert self.takes(")")
+            arguments = self.arguments()
         else:
             self.takes(" ")
             number = self.matches(r"\d+") if function is math.sqrt else None
@@ -114,13 +140,25 @@ class Reader:
         value = function(*arguments)
         return value ** int(raised[0].translate(_SUPERSCRIPTS)) if raised else value
 
+    def arguments(self):
+        """What stands between parentheses, of which the first is read."""
+        arguments = [self.sum()]
+        while self.takes(", "):
+            arguments.append(self.sum())
+        assert self.takes(")")
+        return arguments
+
     def letter_or_pi(self):
         return math.pi if self.takes("π") else self.letter()
 
     def letter(self):
         for name in self.names:
             if self.takes(name):
-                return self.values[name]
+                value = self.values[name]
+                if not callable(value):
+                    return value
+                assert self.takes("(") or self.takes(" (")
+                return value(*self.arguments())
         raise AssertionError(f"no name at {self.text[self.at :]!r}")
 
 
@@ -137,7 +175,7 @@ class TypstReader(Reader):
 
     def term(self):
         value = self.factor()
-        while not self.text.startswith((" + ", " - "), self.at):
+        while not self.text.startswith(_ENDS, self.at):
             if not (self.takes(" dot.op ") or self.takes(" thin ") or self.takes(" ")):
                 break
             self.takes("dot.op ")
@@ -155,7 +193,24 @@ class TypstReader(Reader):
             return base ** int(number[1])
         return base ** self.letter() if self.takes("^") else base
 
+    def cases(self):
+        """Read rows of a value and its conditions, which hold in one of them."""
+        values = []
+        while True:
+            value, holds = self.sum(), True
+            while self.takes(r"\, "):
+                self.takes("thick ")
+                holds &= self.condition()
+            values += [value] if holds else []
+            if not self.takes(", "):
+                break
+        assert self.takes(")")
+        (value,) = values
+        return value
+
     def primary(self):
+        if self.takes("cases("):
+            return self.cases()
         if self.takes("upright(e)"):
             return self.power(math.e)
         if self.takes("frac("):
@@ -174,18 +229,10 @@ class TypstReader(Reader):
             return self.closed()
         return self.letter_or_pi()
 
-    def closed(self):
-        value = self.sum()
-        assert self.takes(")")
-        return value
-
     def applied(self, function):
         raised = self.matches(r"\^(\d+)")
         if self.takes("("):
-            arguments = [self.sum()]
-            while self.takes(", "):
-                arguments.append(self.sum())
-            assert self.takes(")")
+            arguments = self.arguments()
         else:
             self.takes(" ")
             number = self.matches(r"(\d+) ")

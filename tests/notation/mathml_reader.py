@@ -4,6 +4,7 @@ It knows nothing of the printer but that a name is one element.
 """
 
 import math
+import operator
 from xml.etree import ElementTree as ET
 
 #: Elements of MathML Core that formulas use, with the number of children that they ask for.
@@ -30,6 +31,7 @@ _FUNCTIONS |= {"exp": math.exp, "ln": math.log, "atan2": math.atan2, "min": min,
 _FUNCTIONS |= {"abs": abs, "sgn": lambda x: (x > 0) - (x < 0)}
 _TIMES = ("\u2062", "⋅", "×")
 _APPLIED = "\u2061"
+_RELATIONS = {">": operator.gt, "<": operator.lt, "≥": operator.ge, "≤": operator.le}
 
 
 def parsed(text):
@@ -64,7 +66,7 @@ def _name(text):
 class MathmlReader:
     """Reads the value of a formula.
 
-    ``values`` has that of each name as it is printed.
+    ``values`` has that of each name as it is printed; a function where the name is applied.
     """
 
     def __init__(self, text, values):
@@ -78,9 +80,25 @@ class MathmlReader:
 
     def row(self, element):
         """The value of the children beside each other; lines of a table follow each other."""
-        line = _Line(self, [part for child in element for part in _flat(child)])
+        line = _Line(self, element)
         value = line.sum()
-        assert not line.parts, [written(part) for part in line.parts]
+        line.end()
+        return value
+
+    def cases(self, rows):
+        """The value of the row whose conditions hold, which is one."""
+        values = []
+        for value_cell, conditions_cell in rows:
+            line, conditions = _Line(self, value_cell), _Line(self, conditions_cell)
+            value = line.sum()
+            assert line.takes(",")
+            line.end()
+            holds = conditions.relation()
+            while conditions.takes(","):
+                holds &= conditions.relation()
+            conditions.end()
+            values += [value] if holds else []
+        (value,) = values
         return value
 
     def value(self, element):
@@ -105,6 +123,8 @@ class MathmlReader:
                 body = ET.Element("mrow")
                 body.extend(element[1:-1])
                 return abs(self.row(body))
+            case "mrow" if _sign(element[0]) == "{":
+                return self.cases(element[1])
             case "mrow" | "msqrt" | "mtable":
                 value = self.row(element)
                 return math.sqrt(value) if element.tag == "msqrt" else value
@@ -114,13 +134,25 @@ class MathmlReader:
 class _Line:
     """Elements beside each other, which are read from left to right."""
 
-    def __init__(self, reader, parts):
-        self.reader, self.parts = reader, parts
+    def __init__(self, reader, element):
+        self.reader = reader
+        self.parts = [part for child in element for part in _flat(child)]
+
+    def end(self):
+        assert not self.parts, [written(part) for part in self.parts]
 
     def takes(self, *signs):
         if self.parts and _sign(self.parts[0]) in signs:
             return _sign(self.parts.pop(0))
         return None
+
+    def function(self, part):
+        own = self.reader.values.get(written(part))
+        return own if callable(own) else _function(part)
+
+    def relation(self):
+        left = self.sum()
+        return _RELATIONS[self.takes(*_RELATIONS)](left, self.sum())
 
     def sum(self):
         total = -self.term() if self.takes("−") else self.term()
@@ -140,7 +172,7 @@ class _Line:
         if self.takes("("):
             return self.closed()
         part = self.parts.pop(0)
-        if _applied(self.parts) and (function := _function(part)):
+        if _applied(self.parts) and (function := self.function(part)):
             self.parts.pop(0)
             value = function(*self.arguments())
             return value ** self.reader.value(part[1]) if part.tag == "msup" else value
