@@ -38,6 +38,7 @@ COMMANDS = {
     "new": "A commented scene to begin with.",
     "import": "A scene from the description of a robot: URDF, MJCF.",
     "schema": "JSON Schema of scenes, for editors.",
+    "config": "Defaults of options that hold here, and their file.",
     "cache": "The results kept from earlier runs, shown or removed.",
 }
 

@@ -274,7 +274,10 @@ def reporting(*others: str, replaces: bool = False) -> Callable[[_Command], _Com
             code = values.pop("language")
             if code is not None and to in ("json", *others):
                 raise click.UsageError(f"--language: {to} is the same in every language")
-            return function(*args, form=ReportForm(to, code or "en"), **values)
+            if code is None:
+                session = click.get_current_context().ensure_object(Session)
+                code = session.defaults.language or "en"
+            return function(*args, form=ReportForm(to, code), **values)
 
         return cast(_Command, options(with_form))
 

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,6 +17,9 @@ from lagrange_cli.cli.terminal.appearance import is_terminal, wants_colour
 from lagrange_cli.cli.terminal.progress import ProgressBar, shown_stage
 from lagrange_cli.errors import InputError, Problem, escape_controls, render
 from lagrange_cli.stages import Listener, heard_by
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.defaults import Defaults
 
 #: Exit code that shells report for a process that Ctrl-C ended.
 INTERRUPTED = 128 + signal.SIGINT
@@ -54,6 +59,13 @@ class Session(Workspace):
     strict: bool = False
     traceback: bool = False
     stage: str = "beginning"
+
+    @cached_property
+    def defaults(self) -> Defaults:
+        """The defaults of options that hold in the working directory; refuses wrong ones."""
+        from lagrange_cli.cli.defaults import read_defaults
+
+        return read_defaults()
 
     def tell(self, warnings: Iterable[Problem], remarks: Iterable[str]) -> None:
         """Write warnings and remarks to stderr; see :meth:`warn` and :meth:`remark`."""

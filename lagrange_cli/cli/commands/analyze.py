@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -218,7 +217,10 @@ def analyze(
     # JSON is written beside what the terminal shows.
     document = output if output is not None and ending_of(output) in _OF_FORMATS else None
     to = options.chosen_format(format_, document, as_json=as_json)
-    form = _Form.of(to, output, ascii_only, chosen)
+    given_options = {name: value for name, value in chosen.items() if value is not None}
+    form = _Form.of(
+        to, output, ascii_only, session.defaults.for_documents(ANALYZED[to], given_options)
+    )
     if form.ending == ".npz":
         request.require_linear_system(linearization=linearization)
     branch_pictures = {name: ending_of(path) for name, path in pictures.of_branches.items()}
@@ -270,7 +272,7 @@ class _Form:
         format_: str,
         output: str | None,
         ascii_only: bool,
-        chosen: Mapping[str, str | bool | None],
+        written_with: dict[str, str | bool],
     ) -> _Form:
         """Check that options belong to the format.
 
@@ -279,7 +281,6 @@ class _Form:
         click.UsageError
             They do not, or the file's name does not end as it should.
         """
-        written_with = {name: value for name, value in chosen.items() if value is not None}
         completed(format_, ANALYZED[format_], written_with)
         form = cls(format_, output, written_with, ascii_only)
         if output is not None and form.ending not in (".json", ".npz", ENDINGS[format_]):

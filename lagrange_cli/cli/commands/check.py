@@ -82,7 +82,7 @@ class _Run:
             report = check_paths(
                 scenes,
                 self.asked,
-                jobs=self.jobs or 1,
+                jobs=self.jobs or session.defaults.jobs or 1,
                 limits=self.limits,
                 stops=self.stops,
                 cluster=cluster,
@@ -244,6 +244,7 @@ def check(
     reporting = _Reporting(form, output, junit, durations)
     if answers:
         _judge(ctx, paths, answers, parameters, reporting)
+    exclude = exclude or session.defaults.exclude or ()
     selection = Selection(keyword, exclude, changed_since, only_failed)
     scenes = selection.selected(scenes_in(paths), session.cache)
     guard_scenes(scenes, parameters, {"-o": output, "--junit": junit})

@@ -97,7 +97,8 @@ def derive(
     # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else page_encoding()
 
-    written_with = {name: value for name, value in chosen.items() if value is not None}
+    given_options = {name: value for name, value in chosen.items() if value is not None}
+    written_with = session.defaults.for_documents(DERIVED[to], given_options)
     completed(to, DERIVED[to], written_with)
     forces = forces or options.asks_for_forces(written_with)
 

@@ -149,7 +149,8 @@ def emit(
     if way is not None and not format_.shows_steps:
         shown = " and ".join(name for name, format_ in EMITTERS.items() if format_.shows_steps)
         raise click.UsageError(f"format '{to}' has no steps; --steps is for {shown}")
-    format_options = {name: value for name, value in chosen.items() if value is not None}
+    given_options = {name: value for name, value in chosen.items() if value is not None}
+    format_options = session.defaults.for_documents(format_.options, given_options)
     format_.complete(format_options)
     forces = options.asks_for_forces(format_options)
     asked = RememberedScene(

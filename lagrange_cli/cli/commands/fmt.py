@@ -63,7 +63,9 @@ def fmt(
     from lagrange_cli.api import Selection, scenes_in
 
     session = ctx.ensure_object(Session)
-    scenes = Selection(excluded=exclude).selected(scenes_in(paths), None)
+    scenes = Selection(excluded=exclude or session.defaults.exclude or ()).selected(
+        scenes_in(paths), None
+    )
     refused: list[Problem] = []
     changed = list(_changed(scenes, refused, prints=not (checks or diff)))
     for path, data, text in changed:

@@ -53,10 +53,8 @@ _LOOKED_AFTER = 0.3
 @click.option(
     "--language",
     type=click.Choice(LANGUAGES),
-    default="en",
-    show_default=True,
     metavar="|".join(LANGUAGES),
-    help="Language of the words.",
+    help="Language of the words.  [default: en]",
 )
 @options.common
 @click.pass_obj
@@ -70,7 +68,7 @@ def show(
     output: str | None,
     watch: bool,
     port: int,
-    language: str,
+    language: str | None,
 ) -> None:
     """Write a page on which SCENE, a YAML file or - for standard input, moves.
 
@@ -83,15 +81,16 @@ def show(
         raise click.UsageError("--watch serves the page of a file: without -o, and not of -")
     if output is None and not watch:
         raise click.UsageError("name the file of the page, as in -o page.html, or --watch it")
+    words = language or session.defaults.language or "en"
     times = {} if until is None else {"until": until}
 
     def page(derivation: Derivation) -> str:
-        return derivation.page(language=language)
+        return derivation.page(language=words)
 
     def written() -> str:
         asked = RememberedScene(session, read_source(scene), parameters, initial, times)
         guard(asked, {"-o": output})
-        text: str = asked.answer("show", [language], "making the page", page, reads_recordings=True)
+        text: str = asked.answer("show", [words], "making the page", page, reads_recordings=True)
         return text
 
     if output is None:

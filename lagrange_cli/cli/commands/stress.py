@@ -87,7 +87,7 @@ def stress(
             axes=axes,
             accuracy=accuracy,
             budget=budget,
-            jobs=jobs or options.cores(),
+            jobs=jobs or session.defaults.jobs or options.cores(),
             cluster=cluster,
             progress=move,
         )

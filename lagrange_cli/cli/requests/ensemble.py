@@ -211,7 +211,7 @@ def simulate_ensemble(
         ensemble = planned(asked, choice)
         store = ensemble.open_store()
         begun = perf_counter()
-        jobs = choice.jobs or shared.cores()
+        jobs = choice.jobs or session.defaults.jobs or shared.cores()
         try:
             with session.progress("integrating") as move:
                 complete = ensemble.run(store, jobs=jobs, cluster=cluster, progress=move)

@@ -74,7 +74,9 @@ def find_section(
     else:
         members = choice.members()
         with session.progress("integrating") as progress:
-            section = search.of_members(members, choice.jobs or shared.cores(), progress)
+            section = search.of_members(
+                members, choice.jobs or session.defaults.jobs or shared.cores(), progress
+            )
     session.explain_code()
     if asked.output is not None:
         section.write(asked.output, asked.columns)
