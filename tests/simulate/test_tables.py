@@ -146,15 +146,16 @@ def test_derivatives_of_a_motion_go_on_through_the_points_of_a_table(tmp_path, w
         assert (up - down) / (2 * h) == pytest.approx(exact, rel=1e-6)
 
 
-def test_parameters_beside_and_within_a_table_are_fitted(tmp_path):
-    run = turned(tmp_path, "monotone", parameters={"s": 1.25, "g": 0.8}).simulate(
-        until=6, samples=31
-    )
+@pytest.mark.parametrize(
+    ("way", "derivatives"), [("monotone", "variational equations"), ("linear", "differences")]
+)
+def test_parameters_beside_and_within_a_table_are_fitted(tmp_path, way, derivatives):
+    run = turned(tmp_path, way, parameters={"s": 1.25, "g": 0.8}).simulate(until=6, samples=31)
     rows = zip(run.t, run.columns["phi"], run.columns["dot(phi)"], strict=True)
     text = "\n".join(",".join(repr(float(x)) for x in row) for row in rows)
     (tmp_path / "data.csv").write_text(f"t,phi,dot(phi)\n{text}\n")
-    fit = turned(tmp_path, "monotone").fit(str(tmp_path / "data.csv"), ["s", "g"])
-    assert (fit.status, fit.derivatives) == ("ok", "variational equations")
+    fit = turned(tmp_path, way).fit(str(tmp_path / "data.csv"), ["s", "g"])
+    assert (fit.status, fit.derivatives) == ("ok", derivatives)
     assert [value.value for value in fit.values] == pytest.approx([1.25, 0.8], rel=1e-8)
 
 
