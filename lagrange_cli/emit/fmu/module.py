@@ -24,7 +24,6 @@ from lagrange_cli.emit.fmu.variables import (
     written_outputs,
 )
 from lagrange_cli.emit.naming import unique_identifiers
-from lagrange_cli.emit.shared_code import require_no_switches
 from lagrange_cli.emit.template_files import filled, unit_template
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.toolchain.compiler import CompileError, find_compiler
@@ -74,6 +73,9 @@ def emit_fmu(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     InputError
         The system cannot be a unit: nothing moves, or a start or a parameter has no value.
     """
+    # Programs are imported with it, which a unit out of the cache does without.
+    from lagrange_cli.emit.shared_code import require_no_switches
+
     _require_numbers(equations)
     require_no_switches(equations, "an FMI unit")
     version = str(options["fmi"])
