@@ -151,6 +151,7 @@ def test_methods_with_an_interpolant_find_the_changes(method: str) -> None:
     states, relays, _ = exact(numbers, np.array([0.0, 1.0]), 0.0, run.t)
     assert errors(run, states) < 1e-4
     assert (run.columns["r"] == relays).all()
+    assert run.steps < 1000
 
 
 @pytest.mark.parametrize("method", ["RK4", "Gauss4"])

@@ -154,8 +154,13 @@ class SurfaceMotion(HybridMotion):
         return Advance(filled)
 
     def _part_of_step(self, run: Integrator, start: float) -> float:
-        """Return the part of its step before an event; 1 without one, or if none can be earlier."""
-        if run.end_event is None or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
+        """Return the part of its step before an event; 1 without one, or if none can be earlier.
+
+        Nor can any be where a step that was made again became several, as at the start of LSODA.
+        """
+        begun, planned = self._piece["from"][0], self._piece["first_step"]
+        shorter = begun < start and run.t <= begun + planned < math.inf
+        if run.end_event is None or shorter or run.t - start <= TOGETHER * np.spacing(abs(run.t)):
             return 1.0
         return (run.t - start) / run.last_step
 
