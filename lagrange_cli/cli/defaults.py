@@ -86,12 +86,12 @@ def read_defaults() -> Defaults:
     """
     try:
         here = Path.cwd()
-    except FileNotFoundError:
-        return Defaults()  # The directory was removed.
+    except OSError:
+        return Defaults()  # The directory was removed, or a folder above it may not be read.
     for folder in (here, *here.parents):
         for name in ("lagrange.toml", "pyproject.toml"):
             path = folder / name
-            if path.is_file():
+            if os.path.isfile(path):  # not where a folder may not be searched
                 defaults = _in_file(os.path.relpath(path, here), is_shared=name == "pyproject.toml")
                 if defaults is not None:
                     return defaults

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import pytest
 
@@ -96,3 +97,16 @@ def test_default_jobs_are_of_this_machine(folder):
     done = lagrange("check", ".", "--on", "tcp://127.0.0.1:9", cwd=folder)
     assert "--jobs" not in done.stderr
     assert "2 scenes: 2 pass" in lagrange("check", ".", cwd=folder).stdout
+
+
+def test_folders_that_may_not_be_searched_have_no_defaults(folder, monkeypatch):
+    (folder / "lagrange.toml").write_text("jobs = 2\n")
+    stat = os.stat
+
+    def refusing(path, *further, **named):
+        if str(path).endswith(".toml"):
+            raise PermissionError(13, "Permission denied")
+        return stat(path, *further, **named)
+
+    monkeypatch.setattr(os, "stat", refusing)
+    assert "# jobs: not set" in lagrange("config", cwd=folder).stdout
