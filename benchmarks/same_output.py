@@ -71,7 +71,8 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
-        "--with": (None, "canonical", "jacobian,linearization"),
+        "--header-only": (None, ""),
+        "--with": (None, "canonical", "jacobian,linearization", "step", "midpoint"),
     },
     "python": {
         "--with": (None, "canonical", "jacobian,linearization"),

@@ -100,7 +100,12 @@ WRONG = """
 sizes: {n: 2}
 parameters: {m: {value: 1, zzz: 1}}
 inputs: {u: {file: a.csv, column: b, zzz: 1}}
-states: {i: {rate: 1, zzz: 1}}
+states:
+  i: {rate: 1, zzz: 1}
+  r: {on: x > 1, off: x < 0, zzz: 1}
+controllers:
+  one: {every: 1, hold: {u: 1}, zzz: 1}
+  two: {every: 1, hold: {u: 1}, memory: {w: {next: 1, zzz: 1}}}
 functions:
   V: {of: r, zzz: 1}
   T: {of: r, file: a.csv, column: b, zzz: 1}

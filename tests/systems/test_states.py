@@ -43,7 +43,8 @@ def module_of(name: str) -> ModuleType:
 
 
 def test_each_scene_has_rates_that_were_typed() -> None:
-    assert {p.stem for p in (SYSTEMS / "actuators").glob("*.yaml")} == set(RATES)
+    scenes = (SYSTEMS / "actuators").glob("*.yaml")
+    assert {p.stem for p in scenes if "\nstates:" in p.read_text()} == set(RATES)
 
 
 @each_scene

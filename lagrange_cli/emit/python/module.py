@@ -31,6 +31,7 @@ from lagrange_cli.emit.python.traced import refuse_branches, refuse_further, tra
 from lagrange_cli.emit.python.vocabulary import VOCABULARIES, Vocabulary
 from lagrange_cli.emit.shared_code import programs_of_momenta, require_no_switches
 from lagrange_cli.emit.template_files import filled, python_template
+from lagrange_cli.errors import InputError
 from lagrange_cli.program.emitted_functions import (
     CANONICAL_PARTS,
     ENTRIES,
@@ -274,7 +275,11 @@ class _Module:
         from lagrange_cli.notation.scene_language import to_scene_language
 
         texts = []
-        for equation in self.equations.derivation.shown:
+        try:
+            equations = self.equations.derivation.shown
+        except InputError:  # a chain of bodies too long to be written
+            return ()
+        for equation in equations:
             text = comment_text(to_scene_language(equation.residual, self.equations))
             texts.append(f"{comment_text(equation.coordinate)}: {text} = 0")
         return tuple(text for text in texts if len(text) <= 92)

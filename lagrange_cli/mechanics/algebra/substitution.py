@@ -247,8 +247,11 @@ class Substitution:
         return self._places.get(symbol)
 
     def put_into(self, expr: sp.Expr) -> sp.Expr:
-        """Replace the symbols in an expression; parts without any stay as they are."""
-        if not expr.args:
+        """Replace the symbols in an expression; parts without any stay as they are.
+
+        Inputs that positions hold are functions of t, which are replaced as symbols are.
+        """
+        if expr in self._places or not expr.args:
             return self._places.get(expr, expr)
         known = self._put_in.get(id(expr))
         if known is None:

@@ -96,9 +96,9 @@ def test_every_scene_that_moves_has_a_reference(calibration):
     for scene in calibration.scenes([]):
         sections = yaml.load(scene.read_text(encoding="utf-8"), yaml.CBaseLoader)
         moves = "initial" in sections and "until" in sections.get("simulate", {})
-        # The rule of the references takes smooth equations of coordinates; states, tables and
-        # kinks are judged by closed forms in tests/systems.
-        is_smooth = not sections.keys() & {"states", "functions"}
+        # The rule of the references takes smooth equations of coordinates; states, tables, samples
+        # and kinks are judged by closed forms in tests/systems.
+        is_smooth = not sections.keys() & {"states", "functions", "controllers"}
         is_smooth = is_smooth and scene.parent.name != "switching"
         assert (scene in there) == (moves and is_smooth), scene
 
