@@ -71,8 +71,7 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
     "c": {
         "--real": ("float", "double", "long-double"),
         "--main": (None, ""),
-        "--header-only": (None, ""),
-        "--with": (None, "canonical", "jacobian,linearization", "step", "midpoint"),
+        "--with": (None, "canonical", "jacobian,linearization"),
     },
     "python": {
         "--with": (None, "canonical", "jacobian,linearization"),
@@ -87,7 +86,7 @@ EMIT_OPTIONS: dict[str, dict[str, tuple[str | None, ...]]] = {
 
 _PARTS = ("--sections", "system,constraints,energies,result,forces,initial")
 
-#: Further options of documents, by format, of ``derive`` and ``emit``; each line is tried once.
+#: Further options by format, of ``derive`` and ``emit``; each line is tried once.
 ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
     "text": (("--written-out",), ("--language", "de"), (*_PARTS, "--language", "fr")),
     "latex": (
@@ -100,6 +99,7 @@ ONCE: dict[str, tuple[tuple[str, ...], ...]] = {
     "typst": (("--written-out",), ("--language", "fr"), _PARTS),
     "html": (("--written-out",), ("--language", "de"), _PARTS),
     "json": (("--with", "latex"),),
+    "c": (("--header-only", "--with", "step,midpoint"),),
 }
 
 FORMULATIONS = ("auto", "multiplier")

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
@@ -85,21 +83,25 @@ def read_defaults() -> Defaults:
         The file is no TOML, or has an unknown key or a wrong value: with its place.
     """
     try:
-        here = Path.cwd()
+        here = folder = os.getcwd()
     except OSError:
         return Defaults()  # The directory was removed, or a folder above it may not be read.
-    for folder in (here, *here.parents):
+    below = None
+    while folder != below:
         for name in ("lagrange.toml", "pyproject.toml"):
-            path = folder / name
+            path = os.path.join(folder, name)
             if os.path.isfile(path):  # not where a folder may not be searched
                 defaults = _in_file(os.path.relpath(path, here), is_shared=name == "pyproject.toml")
                 if defaults is not None:
                     return defaults
+        below, folder = folder, os.path.dirname(folder)
     return Defaults()
 
 
 def _in_file(path: str, *, is_shared: bool) -> Defaults | None:
     """Read a file; None if it is shared with other programs, and has none of ours."""
+    import tomllib  # which commands without such a file do not need
+
     data = read_bytes(path)
     if is_shared and b"lagrange" not in data:
         return None
