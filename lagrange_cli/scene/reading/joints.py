@@ -82,15 +82,20 @@ def _coincidence(pair: tuple[str, str], node: Mapping, reading: Reading) -> tupl
     )
 
 
+def _pair(node: Mapping, key: str, wanted: str, what: str, reading: Reading) -> Items | None:
+    """Read a joint's list of two; None, with a problem, if it is none."""
+    fields = reading.fields(node, what, (key, *NOTATION))
+    pair = reading.items(fields[key], f"'{key}' of {what}", wanted)
+    if pair is not None and len(pair.items) != 2:
+        reading.expected(wanted, f"'{key}' of {what}", pair)
+        return None
+    return pair
+
+
 def parallel(node: Mapping, what: str, reading: Reading) -> Written | None:
     """Read ``{parallel: [[a, A], [b, B]]}``: two directions lie along one line."""
-    fields = reading.fields(node, what, ("parallel", *NOTATION))
-    wanted = "two directions [[a, A], [b, B]]"
-    pair = reading.items(fields["parallel"], f"'parallel' of {what}", wanted)
+    pair = _pair(node, "parallel", "two directions [[a, A], [b, B]]", what, reading)
     if pair is None:
-        return None
-    if len(pair.items) != 2:
-        reading.expected(wanted, f"'parallel' of {what}", pair)
         return None
     first, second = (_direction(item, what, reading) for item in pair.items)
     if first is None or second is None:
@@ -204,13 +209,8 @@ def _along_one_line(first: Direction, second: Direction) -> list[Node]:
 
 def weld(node: Mapping, what: str, reading: Reading) -> Written | None:
     """Read ``{weld: [A, B]}``: the axes of two frames coincide, and their origins."""
-    fields = reading.fields(node, what, ("weld", *NOTATION))
-    wanted = "two frames or bodies [A, B]"
-    pair = reading.items(fields["weld"], f"'weld' of {what}", wanted)
+    pair = _pair(node, "weld", "two frames or bodies [A, B]", what, reading)
     if pair is None:
-        return None
-    if len(pair.items) != 2:
-        reading.expected(wanted, f"'weld' of {what}", pair)
         return None
     ends = [frame_named(item, what, reading) for item in pair.items]
     if ends[0] is None or ends[1] is None:
