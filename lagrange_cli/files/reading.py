@@ -12,8 +12,10 @@ from lagrange_cli.errors import InputError, LimitError, Mark, Problem
 MAX_BYTES = 4 * 2**20
 
 
-def read_bytes(path: str) -> bytes:
-    """Read a scene file, or standard input for ``-``; at most :data:`MAX_BYTES`.
+def read_bytes(path: str, what: str = "a scene file") -> bytes:
+    """Read a file, or standard input for ``-``; at most :data:`MAX_BYTES`.
+
+    ``what`` is what messages call it.
 
     Raises
     ------
@@ -25,7 +27,7 @@ def read_bytes(path: str) -> bytes:
         if len(data) > MAX_BYTES:
             raise too_large("<stdin>")
         return data
-    return read_regular(path, Mark(path, 1, 1), "a scene file")
+    return read_regular(path, Mark(path, 1, 1), what)
 
 
 def _standard_input() -> bytes:

@@ -55,7 +55,7 @@ def import_robot(path: str, *, limits: bool = False, floating: bool = False) -> 
         Located: the file cannot be read, is no description of a robot, or says something that no
         scene can.
     """
-    data = read_bytes(path)
+    data = read_bytes(path, "a description of a robot")
     name = "<stdin>" if path == "-" else path
     with localcontext(ARITHMETIC):
         imported = _imported(data, name, limits=limits, floating=floating)

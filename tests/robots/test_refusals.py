@@ -117,6 +117,11 @@ def test_refused_at_its_line(tmp_path, text, line, message):
     assert problem.mark.line == line
 
 
+def test_a_folder_is_no_description(tmp_path):
+    with pytest.raises(InputError, match="this is a folder, not a description of a robot"):
+        import_robot(str(tmp_path))
+
+
 def test_nothing_but_refusals_comes_of_mutilated_files(tmp_path):
     """Files that end too early, or lack a character, import or are refused."""
     text = robot(
