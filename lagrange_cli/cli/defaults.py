@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import InputError, Mark, Problem, nearest
 from lagrange_cli.files import read_bytes
+from lagrange_cli.report.formats import FORMATS
 from lagrange_cli.report.phrases.language import LANGUAGES
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ class Defaults:
 
     Attributes
     ----------
+    accuracy
+        Accuracy of motions of ``simulate`` whose error nothing else controls.
+    format
+        Format of what is printed, and of files whose ending says none.
     language
         Language of reports and documents.
     exclude
@@ -44,6 +49,8 @@ class Defaults:
         The file that they come from.
     """
 
+    accuracy: float | None = None
+    format: str | None = None
     language: str | None = None
     exclude: tuple[str, ...] | None = None
     jobs: int | None = None
@@ -62,12 +69,22 @@ def _is_list_of_texts(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(text, str) and text for text in value)
 
 
+def _is_accuracy(value: Any) -> bool:
+    return type(value) is float and 0 < value < 1
+
+
+def _is_format(value: Any) -> bool:
+    return value in FORMATS
+
+
 def _is_count(value: Any) -> bool:
     return type(value) is int and 1 <= value <= MOST_JOBS
 
 
 #: Name of a key → its values in words, and a test of a value.
 KEYS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "accuracy": ("a number between 0 and 1, as 1e-9", _is_accuracy),
+    "format": (f"one of {', '.join(FORMATS)}", _is_format),
     "language": (f"one of {', '.join(LANGUAGES)}", LANGUAGES.__contains__),
     "exclude": ("a list of patterns, as ['drafts/*']", _is_list_of_texts),
     "jobs": (f"a number from 1 to {MOST_JOBS}", _is_count),

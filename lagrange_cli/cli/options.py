@@ -222,14 +222,16 @@ def format_by_ending(formats: Iterable[str]) -> Callable[[_Command], _Command]:
     )
 
 
-def chosen_format(written: str | None, output: str | None, *others: str, as_json: bool) -> str:
-    """Return the format that is asked for by its name, or by the ending of a file.
+def chosen_format(
+    session: Session, written: str | None, output: str | None, *others: str, as_json: bool
+) -> str:
+    """Return the format that is asked for by its name, or by the ending of a file, or by default.
 
     ``others``: formats besides, which are the endings of their files.
     """
     ending = "" if output is None else ending_of(output).lstrip(".")
     by_ending = ending if ending in others else format_of(output)
-    return "json" if as_json else written or by_ending or "text"
+    return "json" if as_json else written or by_ending or session.defaults.format or "text"
 
 
 def reporting(*others: str, replaces: bool = False) -> Callable[[_Command], _Command]:
@@ -251,10 +253,8 @@ def reporting(*others: str, replaces: bool = False) -> Callable[[_Command], _Com
                 "--format",
                 "format_",
                 type=click.Choice(names),
-                default="text",
-                show_default=True,
                 metavar="FORMAT",
-                help=f"{', '.join(names)}.",
+                help=f"{', '.join(names)}.  [default: text]",
             ),
             click.option(
                 "--language",
@@ -270,12 +270,12 @@ def reporting(*others: str, replaces: bool = False) -> Callable[[_Command], _Com
         def with_form(*args: Any, **values: Any) -> Any:
             output = values["output"] if replaces else None
             written, as_json = values.pop("format_"), values.pop("as_json")
-            to = chosen_format(written, output, *others, as_json=as_json)
+            session = click.get_current_context().ensure_object(Session)
+            to = chosen_format(session, written, output, *others, as_json=as_json)
             code = values.pop("language")
             if code is not None and to in ("json", *others):
                 raise click.UsageError(f"--language: {to} is the same in every language")
             if code is None:
-                session = click.get_current_context().ensure_object(Session)
                 code = session.defaults.language or "en"
             return function(*args, form=ReportForm(to, code), **values)
 
@@ -378,15 +378,21 @@ traceback = _session_flag(
     "--traceback", "traceback", True, "Show the program's traceback with an error."
 )
 
-#: The flags of every subcommand that reads a scene.
-common = in_order(
-    (
-        heading("Messages"),
-        _session_flag("--strict", "strict", True, "Refuse what would be a warning."),
-        _session_flag("-q --quiet", "verbosity", -1, "No warnings and remarks."),
-        _session_flag(
-            "-v --verbose", "verbosity", 1, "More remarks: what was done and how long it took."
-        ),
-        traceback,
+
+def messages(quiet: str) -> Callable[[_Command], _Command]:
+    """``--strict``, ``-q``, ``-v`` and ``--traceback``; ``quiet`` is the help of ``-q``."""
+    return in_order(
+        (
+            heading("Messages"),
+            _session_flag("--strict", "strict", True, "Refuse what would be a warning."),
+            _session_flag("-q --quiet", "verbosity", -1, quiet),
+            _session_flag(
+                "-v --verbose", "verbosity", 1, "More remarks: what was done and how long it took."
+            ),
+            traceback,
+        )
     )
-)
+
+
+#: The flags of every subcommand that reads a scene.
+common = messages("No warnings and remarks.")

@@ -44,6 +44,9 @@ class SimulationOptions:
     times
         All sample times, ascending from the scene's start, in place of ``until``, ``step`` and
         ``samples``; not for methods that make their steps end there.
+    usual_accuracy
+        ``accuracy`` where neither these options nor the scene control the error; by default the
+        program's.
     """
 
     until: float | None = None
@@ -55,6 +58,7 @@ class SimulationOptions:
     samples: int | None = None
     budget: float | None = None
     times: tuple[float, ...] | None = None
+    usual_accuracy: float | None = None
 
     @property
     def controls(self) -> tuple[str | float | None, ...]:
@@ -72,6 +76,8 @@ class SimulationOptions:
                 rtol=defaults.rtol,
                 atol=defaults.atol,
             )
+        if options.accuracy is None and not any(x is not None for x in options.controls):
+            options = replace(options, accuracy=self.usual_accuracy)
         if options.samples is None and options.step is None:
             options = replace(options, samples=defaults.samples, step=defaults.step)
         return options

@@ -100,7 +100,7 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
     try:
         return _resolved(model, options, initial, in_memory)
     except InputError as refusal:
-        if options != SimulationOptions():
+        if replace(options, usual_accuracy=None) != SimulationOptions():
             raise
         raise placed(refusal, model.defaults.mark) from refusal
 

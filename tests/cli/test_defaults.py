@@ -24,7 +24,7 @@ def test_without_a_file_nothing_is_set(folder):
     done = lagrange("config", cwd=folder)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines()[1:] == [
-        f"# {k}: not set" for k in ("language", "exclude", "jobs")
+        f"# {k}: not set" for k in ("accuracy", "format", "language", "exclude", "jobs")
     ]
 
 
@@ -35,10 +35,10 @@ def test_the_nearest_file_counts_alone(folder):
     inner.mkdir()
     shown = lagrange("config", cwd=inner).stdout.splitlines()
     assert shown[0].replace("\\", "/") == "# ../../lagrange.toml"
-    assert shown[1] == 'language = "de"'
+    assert shown[3] == 'language = "de"'
     (folder / "drafts" / "pyproject.toml").write_text("[tool.lagrange]\njobs = 2\n")
     shown = lagrange("config", cwd=inner).stdout.splitlines()
-    assert shown[1:] == ["# language: not set", "# exclude: not set", "jobs = 2"]
+    assert shown[3:] == ["# language: not set", "# exclude: not set", "jobs = 2"]
 
 
 @pytest.mark.parametrize(
@@ -54,6 +54,8 @@ def test_the_nearest_file_counts_alone(folder):
         ),
         ("[tool.lagrange]\nlanguage = ['de']\n", "2:1", "'language' is one of"),
         ('[tool.lagrange]\nexclude = "drafts"\n', "2:1", "'exclude' is a list of patterns"),
+        ("[tool.lagrange]\naccuracy = 2\n", "2:1", "'accuracy' is a number between 0 and 1, as"),
+        ("[tool.lagrange]\nformat = 'c'\n", "2:1", "'format' is one of text, latex, markdown"),
         ("[tool.lagrange]\njobs =\n", "2:7", "not valid TOML"),
         ("tool.lagrange = 3\n", "1:6", "'tool.lagrange' is a table"),
     ],
@@ -90,6 +92,41 @@ def test_a_default_language_is_of_words_alone(folder):
     assert (
         "Freiheitsgrade" not in lagrange("derive", "a.yaml", "--language", "en", cwd=folder).stdout
     )
+
+
+def requested(folder, *words):
+    start = ["-i", "x=0", "-i", "dot(x)=1"]
+    done = lagrange("simulate", "a.yaml", *start, "--json", *words, cwd=folder)
+    return json.loads(done.stdout)["accuracy"]["requested"]
+
+
+def test_a_default_accuracy_is_weaker_than_options_and_scenes(folder):
+    words = ["--until", "1"]
+    assert requested(folder, *words) == 1e-6
+    (folder / "lagrange.toml").write_text("accuracy = 1e-8\n")
+    assert "accuracy = 1e-08" in lagrange("config", cwd=folder).stdout
+    assert requested(folder, *words) == 1e-8
+    assert requested(folder, *words, "--accuracy", "1e-7") == 1e-7
+    assert requested(folder, *words, "--method", "DOP853", "--rtol", "1e-3") is None
+    (folder / "a.yaml").write_text(FREE + "simulate: {until: 1, accuracy: 1e-4}\n")
+    assert requested(folder) == 1e-4
+    (folder / "a.yaml").write_text(FREE + "simulate: {until: 1, method: DOP853, rtol: 1e-4}\n")
+    assert requested(folder) is None
+    (folder / "a.yaml").write_text(FREE + "simulate: {until: -1}\n")
+    done = lagrange("simulate", "a.yaml", "-i", "x=0", "-i", "dot(x)=1", cwd=folder)
+    assert done.stderr.startswith("a.yaml:3:")
+
+
+def test_a_default_format_is_weaker_than_an_ending(folder):
+    (folder / "lagrange.toml").write_text('format = "json"\n')
+    for words in (["derive", "a.yaml"], ["check", "a.yaml"], ["cache"], ["analyze", "a.yaml"]):
+        assert json.loads(lagrange(*words, cwd=folder).stdout)
+    text = lagrange("check", "a.yaml", "--format", "text", cwd=folder).stdout
+    assert text.endswith("1 scene: 1 pass\n")
+    for command in ("derive", "check"):
+        lagrange(command, "a.yaml", "-o", "a.tex", cwd=folder)
+        assert "\\documentclass" in (folder / "a.tex").read_text()
+        (folder / "a.tex").unlink()
 
 
 def test_default_jobs_are_of_this_machine(folder):

@@ -216,7 +216,7 @@ def analyze(
     pictures = AnalysisPictures.of(request, plot, loci, animate)
     # JSON is written beside what the terminal shows.
     document = output if output is not None and ending_of(output) in _OF_FORMATS else None
-    to = options.chosen_format(format_, document, as_json=as_json)
+    to = options.chosen_format(session, format_, document, as_json=as_json)
     given_options = {name: value for name, value in chosen.items() if value is not None}
     form = _Form.of(
         to, output, ascii_only, session.defaults.for_documents(ANALYZED[to], given_options)

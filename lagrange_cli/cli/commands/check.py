@@ -204,7 +204,7 @@ class _Reporting:
     metavar="N",
     help="List the N slowest scenes.",
 )
-@options.common
+@options.messages("Failures and the summary alone, no warnings and remarks.")
 @click.pass_context
 def check(
     ctx: click.Context,

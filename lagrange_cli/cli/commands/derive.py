@@ -93,7 +93,7 @@ def derive(
         raise click.UsageError("--plot draws an effective potential: --form routhian has one")
     if brackets and form != "hamiltonian":
         raise click.UsageError("--bracket is of Hamilton's equations: --form hamiltonian")
-    to = options.chosen_format(format_, output, as_json=as_json)
+    to = options.chosen_format(session, format_, output, as_json=as_json)
     # Files are in UTF-8; terminals may show less.
     encoding = "utf-8" if output is not None else page_encoding()
 

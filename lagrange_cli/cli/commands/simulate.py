@@ -225,7 +225,10 @@ def simulate(
     if speed is not None and animate is None:
         raise click.UsageError("--speed needs --animate FILE")
     files = columns, output, plot, plot_of
-    asked = SimulationRequest(asked_scene, SimulationOptions(**chosen), *files)
+    usual = session.defaults.accuracy
+    asked = SimulationRequest(
+        asked_scene, SimulationOptions(**chosen, usual_accuracy=usual), *files
+    )
     if section is not None:
         sections.require_fit(asked, members, resume, checkpoint)
         ctx.exit(sections.find_section(session, section, members, asked, form))
