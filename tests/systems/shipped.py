@@ -101,6 +101,7 @@ SLICE = (
     "rolling_disk",
     "wheel_down_incline",
     "cart_pole",
+    "planar_quadrotor",
 )
 
 #: Scenes of the slice that differ in the functions that are emitted: free and with closures of

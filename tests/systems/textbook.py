@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from sympy import Expr, Rational, Symbol, cos, exp, sin, sqrt
 
 from tests.systems.recordings import linear
-from tests.systems.textbook_bodies import BODIES
+from tests.systems.textbook_bodies import BODIES, BODIES_FORCES
 from tests.systems.textbook_celestial import CELESTIAL
 from tests.systems.textbook_chains import CHAINS
 from tests.systems.textbook_constraints import CONSTRAINED, CONSTRAINED_FORCES
@@ -452,6 +452,7 @@ GENERALIZED_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[st
         "theta": p.F0 * cos(p.Omega * t) * p.l * cos(q.theta)
     },
     **CONSTRAINED_FORCES,
+    **BODIES_FORCES,
     "zieglers_column": _follower_force,
     "lever": lambda p, q, v, t: {"theta": -p.F * p.b * cos(q.theta)},
     "ladder_held_by_rope": lambda p, q, v, t: {"theta": p.F * p.l * sin(q.theta)},

@@ -39,11 +39,56 @@ def _double_rod(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return kinetic + HALF * p.m * p.g * p.l * (3 * cos(q.theta1) + cos(q.theta2))
 
 
+def _top_off_the_vertical(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    transverse = HALF * p.I1 * (v.beta**2 + v.alpha**2 * cos(q.beta) ** 2)
+    axial = HALF * p.I3 * (v.psi + v.alpha * sin(q.beta)) ** 2
+    return transverse + axial - p.m * p.g * p.h * cos(q.alpha) * cos(q.beta)
+
+
+def _reaction_wheel_pendulum(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    arm = HALF * (p.I + p.m * p.a**2 + p.M * p.l**2) * v.theta**2
+    wheel = HALF * p.J * (v.theta + v.phi) ** 2
+    return arm + wheel + (p.m * p.a + p.M * p.l) * p.g * cos(q.theta)
+
+
+def _acrobot(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    both = v.q1 + v.q2
+    first = HALF * (p.m1 * p.c1**2 + p.m2 * p.l1**2 + p.I1) * v.q1**2
+    second = HALF * (p.m2 * p.c2**2 + p.I2) * both**2
+    coupled = p.m2 * p.l1 * p.c2 * cos(q.q2) * v.q1 * both
+    height = (p.m1 * p.c1 + p.m2 * p.l1) * sin(q.q1) + p.m2 * p.c2 * sin(q.q1 + q.q2)
+    return first + second + coupled - p.g * height
+
+
+def _planar_quadrotor(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    kinetic = HALF * p.m * (v.x**2 + v.z**2) + HALF * p.I * v.theta**2
+    return kinetic - p.m * p.g * q.z
+
+
+def _planar_thrust(p: Names, q: Names, v: Names, t: Symbol) -> dict[str, Expr]:
+    first, second = Rational("2.41"), Rational("2.4")
+    return {
+        "x": -(first + second) * sin(q.theta),
+        "z": (first + second) * cos(q.theta),
+        "theta": p.r * (first - second),
+    }
+
+
 #: Scene name → L(parameters, q, v, t).
 BODIES: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "physical_pendulum": _physical_pendulum,
     "compound_pendulum": _compound_pendulum,
     "spinning_top": _spinning_top,
+    "precessing_top": _spinning_top,
+    "sleeping_top": _top_off_the_vertical,
+    "reaction_wheel_pendulum": _reaction_wheel_pendulum,
+    "acrobot": _acrobot,
+    "planar_quadrotor": _planar_quadrotor,
     "cart_pole": _cart_pole,
     "double_rod": _double_rod,
+}
+
+#: Scene name → generalized forces that are not in L.
+BODIES_FORCES: Mapping[str, Callable[[Names, Names, Names, Symbol], dict[str, Expr]]] = {
+    "planar_quadrotor": _planar_thrust,
 }
