@@ -56,6 +56,10 @@ def fingerprint() -> str:
     return digest(__version__, package, *machine, files, *libraries)
 
 
+#: Endings of code, templates, phrase catalogues, and what pages are made of.
+_SOURCES = (".py", ".c", ".h", ".in", ".yaml", ".js", ".css", ".html")
+
+
 def _files(package: str) -> Iterator[str]:
     """Yield relative name, size and time of every source file below a folder."""
     waiting = [""]
@@ -63,7 +67,7 @@ def _files(package: str) -> Iterator[str]:
         folder = waiting.pop()
         with os.scandir(package + folder) as entries:
             for entry in entries:
-                if entry.name.endswith((".py", ".c", ".h", ".in")):
+                if entry.name.endswith(_SOURCES):
                     status = entry.stat()
                     yield f"{folder}/{entry.name} {status.st_size} {status.st_mtime_ns}"
                 elif entry.name != "__pycache__" and entry.is_dir(follow_symlinks=False):

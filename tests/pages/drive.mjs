@@ -23,10 +23,47 @@ const text = (page, id) => page.$eval(`#${id}`, (element) => element.textContent
 
 /** Wait until the whole motion and its comparison are there. */
 const finished = (page) => page.waitForFunction(
-  () => globalThis.lagrangePage.state().isFinished, { timeout: 60000, polling: 100 },
+  () => globalThis.lagrangePage.state().isFinished, { timeout: 180000, polling: 100 },
 );
 
 const state = (page) => page.evaluate(() => globalThis.lagrangePage.state());
+
+/** Note how many milliseconds of each frame the page's own script takes. */
+const timed = () => {
+  const request = globalThis.requestAnimationFrame.bind(globalThis);
+  globalThis.scriptTimes = [];
+  globalThis.requestAnimationFrame = (draw) => request((now) => {
+    const begin = performance.now();
+    draw(now);
+    globalThis.scriptTimes.push(performance.now() - begin);
+  });
+};
+
+/**
+ * Frames of some milliseconds: how many a second, the median and 95th percentile of what the page's
+ * script takes of each, and the CPU time of each in the thread that also lays out and paints; in
+ * milliseconds.
+ */
+async function frames(page, milliseconds) {
+  const session = await page.createCDPSession();
+  await session.send('Performance.enable');
+  const used = async () => {
+    const { metrics } = await session.send('Performance.getMetrics');
+    return 1000 * metrics.find(({ name }) => name === 'ThreadTime').value;
+  };
+  const before = await used();
+  const [seconds, times] = await page.evaluate((wait) => new Promise((done) => {
+    globalThis.scriptTimes.length = 0;
+    const begin = performance.now();
+    setTimeout(() => done([(performance.now() - begin) / 1000, globalThis.scriptTimes]), wait);
+  }), milliseconds);
+  const spent = (await used()) - before;
+  times.sort((a, b) => a - b);
+  const at = (part) => times[Math.floor(part * times.length)];
+  return {
+    perSecond: times.length / seconds, script: at(0.5), slow: at(0.95), thread: spent / times.length,
+  };
+}
 
 /** Move a slider to a part of its range, as a hand would. */
 const slide = (page, id, part) => page.$eval(`#${id}`, (range, share) => {
@@ -42,22 +79,14 @@ async function driven(file) {
   page.on('request', (request) => {
     if (!request.url().startsWith('file:')) messages.push(`request: ${request.url()}`);
   });
+  await page.evaluateOnNewDocument(timed);
   await page.setViewport({ width: 1100, height: 1400 });
   await page.goto(pathToFileURL(file).href);
   await finished(page);
   const usual = await state(page);
   const shown = { difference: await text(page, 'difference'), drift: await text(page, 'drift-word') };
   await page.click('#play');
-  const frames = await page.evaluate(() => new Promise((done) => {
-    const begin = performance.now();
-    let count = 0;
-    const next = () => {
-      ++count;
-      if (performance.now() - begin < 1000) requestAnimationFrame(next);
-      else done(count / ((performance.now() - begin) / 1000));
-    };
-    requestAnimationFrame(next);
-  }));
+  const shownFrames = await frames(page, 1000);
   const played = await state(page);
   const canvases = {};
   for (const id of ['drawing', 'series', 'phase', 'drift']) {
@@ -72,7 +101,7 @@ async function driven(file) {
   const address = await page.evaluate(() => location.hash);
   const foreign = await page.evaluate(() => Object.keys(globalThis).filter((name) => name.startsWith('pwned')));
   await page.close();
-  return { file, messages, usual, shown, frames, played, canvases, moved, address, foreign };
+  return { file, messages, usual, shown, frames: shownFrames, played, canvases, moved, address, foreign };
 }
 
 for (const file of files) {

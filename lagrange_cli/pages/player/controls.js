@@ -33,6 +33,7 @@ function pressed(event) {
 function moved(event) {
   const { drag } = view;
   if (!drag) return;
+  isMoved = true;
   const pixel = pixelOf(event);
   if (drag.from) {
     camera.turn((drag.from[0] - pixel[0]) / 120, (pixel[1] - drag.from[1]) / 120);
@@ -55,13 +56,18 @@ const KEYS = {
   ' ': () => setPlaying(!view.isPlaying),
   ArrowRight: () => stepBy(1),
   ArrowLeft: () => stepBy(-1),
-  Home: () => { view.t = span[0]; isStale = true; },
+  Home: () => goTo(span[0]),
 };
 
 function stepBy(frames) {
   setPlaying(false);
   const by = (settings.until - span[0]) / 200;
-  view.t = Math.max(span[0], Math.min(settings.until, view.t + frames * by));
+  goTo(view.t + frames * by);
+}
+
+function goTo(t) {
+  view.t = Math.max(span[0], Math.min(settings.until, t));
+  isMoved = true;
 }
 
 // -- the beginning ------------------------------------------------------------------------
@@ -112,7 +118,7 @@ function listen() {
   });
   byId('time').addEventListener('input', () => {
     setPlaying(false);
-    view.t = Number(byId('time').value);
+    goTo(Number(byId('time').value));
   });
   byId('speed').addEventListener('change', () => { view.speed = Number(byId('speed').value); });
   byId('until').addEventListener('change', () => {
@@ -125,6 +131,11 @@ function listen() {
     navigator.clipboard?.writeText(location.href);
     byId('state').textContent = words.copied;
   });
+  byId('trace').addEventListener('change', () => { isMoved = true; });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+    colours.known.clear();
+    [isStale, isMoved] = [true, true];
+  });
   for (const id of ['phase-of', 'section-on', 'section-of', 'section-at']) {
     byId(id).addEventListener('change', () => { isStale = true; });
   }
@@ -132,7 +143,7 @@ function listen() {
   window.addEventListener('resize', () => {
     Object.values(painters).forEach((painter) => painter.resize());
     fitCamera();
-    isStale = true;
+    [isStale, isMoved] = [true, true];
   });
 }
 
@@ -140,7 +151,7 @@ function listenToDrawing(canvas) {
   canvas.addEventListener('pointerdown', pressed);
   canvas.addEventListener('pointermove', moved);
   canvas.addEventListener('pointerup', released);
-  canvas.addEventListener('pointercancel', () => { view.drag = null; });
+  canvas.addEventListener('pointercancel', () => { [view.drag, isMoved] = [null, true]; });
   canvas.addEventListener('keydown', (event) => {
     if (!KEYS[event.key]) return;
     event.preventDefault();
@@ -148,7 +159,6 @@ function listenToDrawing(canvas) {
   });
 }
 
-view.frames = 0;
 fill();
 fromAddress();
 fitCamera();
@@ -169,6 +179,6 @@ globalThis.lagrangePage = {
     status: motion.status,
     steps: motion.segments.length,
     largest,
-    isFinished: !isStale && [motion, finer].every((run) => run?.status !== 'running'),
+    isFinished: !isStale && !isGrown && [motion, finer].every((run) => run?.status !== 'running'),
   }),
 };

@@ -11,8 +11,11 @@ class Stage {
     this.radius = stage.bodies.length > 60 ? 3 : BODY;
   }
 
-  /** Places of all bodies, each of three numbers. */
-  places(t, y, p) {
+  /**
+   * What is drawn of a state: its numbers, the emitted positions, and the places of all bodies,
+   * each of three numbers.
+   */
+  scene(t, y, p) {
     const positions = system.positions(t, y, p);
     const places = this.stage.bodies.map((body) => body.at && located(body.at, y, positions));
     this.stage.bodies.forEach((body, k) => {
@@ -24,28 +27,32 @@ class Stage {
       const opposite = located(at, across, system.positions(t, across, p));
       places[k] = places[turned].map((x, i) => (x + opposite[i]) / 2);
     });
-    return places;
+    return { y, p, positions, places };
+  }
+
+  places(t, y, p) {
+    return this.scene(t, y, p).places;
   }
 
   /** The vectors that span the outline of a rigid body. */
-  spans({ spans }, t, y, p) {
-    const positions = system.positions(t, y, p);
+  spans({ spans }, { y, positions }) {
     return spans.map((span) => located(span, y, positions));
   }
 
   /** Places of all bodies, and the ends of what spans their outlines. */
   reach(t, y, p) {
-    const places = this.places(t, y, p);
-    const ends = this.stage.outlines.flatMap((outline) => this.spans(outline, t, y, p).flatMap(
+    const scene = this.scene(t, y, p);
+    const { places } = scene;
+    const ends = this.stage.outlines.flatMap((outline) => this.spans(outline, scene).flatMap(
       (span) => [1, -1].map((sign) => places[outline.body].map((x, i) => x + sign * span[i])),
     ));
     return [...places, ...ends];
   }
 
   /** Lines of the outline of a rigid body, seen by a camera. */
-  outline(outline, places, t, y, p, camera) {
-    const centre = places[outline.body];
-    const spans = this.spans(outline, t, y, p);
+  outline(outline, scene, camera) {
+    const centre = scene.places[outline.body];
+    const spans = this.spans(outline, scene);
     const at = (factors) => centre.map(
       (x, i) => factors.reduce((sum, factor, k) => sum + factor * spans[k][i], x),
     );
@@ -62,7 +69,7 @@ class Stage {
   }
 
   /** The rim of a wheel and its spoke, if its angle is known. */
-  wheel(wheel, places, t, y, p) {
+  wheel(wheel, { y, p, positions, places }) {
     const centre = places[wheel.body];
     const radius = wheel.isParameter ? p[wheel.radius] : wheel.radius;
     const rim = (angle) => centre.map(
@@ -71,7 +78,7 @@ class Stage {
     const line = Array.from({ length: 61 }, (_, k) => rim((2 * Math.PI * k) / 60));
     if (!wheel.angle || (wheel.ground && !wheel.isStraight)) return [line];
     const [source, k] = wheel.angle;
-    return [line, [centre, rim((source === 'coordinate' ? y : system.positions(t, y, p))[k])]];
+    return [line, [centre, rim((source === 'coordinate' ? y : positions)[k])]];
   }
 }
 
@@ -91,6 +98,18 @@ function sides(spans, camera) {
     (angle) => [1, -1].map((end) => [Math.cos(angle), Math.sin(angle), end]),
   );
 }
+
+/** Colours of the style sheet, which are read again when light and dark change places. */
+const colours = {
+  known: new Map(),
+  of(name) {
+    if (!this.known.has(name)) {
+      const style = getComputedStyle(document.documentElement);
+      this.known.set(name, style.getPropertyValue(`--${name}`).trim());
+    }
+    return this.known.get(name);
+  },
+};
 
 /** Draws into a canvas. */
 class Painter {
@@ -112,37 +131,67 @@ class Painter {
 
   clear() {
     this.context.clearRect(0, 0, this.width, this.height);
-    const style = getComputedStyle(document.documentElement);
-    this.colour = (name) => style.getPropertyValue(`--${name}`).trim();
   }
 
-  line(points, colour, width = 1, dash = []) {
+  /** Keep what is drawn, so that it can be drawn again below other marks. */
+  keep() {
+    const { width, height } = this.canvas;
+    this.kept = this.kept ?? document.createElement('canvas');
+    if (!width || !height) return;
+    Object.assign(this.kept, { width, height });
+    this.kept.getContext('2d').drawImage(this.canvas, 0, 0);
+  }
+
+  recall() {
+    this.clear();
+    if (!this.kept?.width) return;
+    this.context.save();
+    this.context.setTransform(1, 0, 0, 1, 0, 0);
+    this.context.drawImage(this.kept, 0, 0);
+    this.context.restore();
+  }
+
+  line(points, colour, width = 1) {
+    this.begin({ colour, width });
+    this.trace(points);
+    this.context.stroke();
+  }
+
+  /** Draw parts in their order; neighbours of one style are one path. */
+  parts(parts) {
+    parts.forEach((part, k) => {
+      if (!k || !isAlike(part, parts[k - 1])) this.begin(part);
+      for (const line of part.lines ?? []) this.trace(line);
+      if (part.disk) this.round(part.disk, part.radius);
+      if (k + 1 < parts.length && isAlike(part, parts[k + 1])) return;
+      if (part.disk) this.context.fill();
+      else this.context.stroke();
+    });
+  }
+
+  begin({ colour, width, dash = [] }) {
     const { context } = this;
     context.beginPath();
-    points.forEach(([x, y], k) => (k ? context.lineTo(x, y) : context.moveTo(x, y)));
     context.strokeStyle = colour;
-    context.lineWidth = width;
+    context.fillStyle = colour;
+    context.lineWidth = width ?? 1;
     context.lineJoin = 'round';
     context.setLineDash(dash);
-    context.stroke();
-    context.setLineDash([]);
   }
 
-  circle([x, y], radius, colour, width) {
-    const { context } = this;
-    context.beginPath();
-    context.arc(x, y, radius, 0, 2 * Math.PI);
-    context.strokeStyle = colour;
-    context.lineWidth = width;
-    context.stroke();
+  trace(points) {
+    points.forEach(([x, y], k) => (k ? this.context.lineTo(x, y) : this.context.moveTo(x, y)));
   }
 
-  disk([x, y], radius, colour) {
-    const { context } = this;
-    context.beginPath();
-    context.arc(x, y, radius, 0, 2 * Math.PI);
-    context.fillStyle = colour;
-    context.fill();
+  round([x, y], radius) {
+    this.context.moveTo(x + radius, y);
+    this.context.arc(x, y, radius, 0, 2 * Math.PI);
+  }
+
+  disk(at, radius, colour) {
+    this.begin({ colour });
+    this.round(at, radius);
+    this.context.fill();
   }
 
   text(words, [x, y], colour, align = 'left') {
@@ -152,6 +201,11 @@ class Painter {
     context.fillStyle = colour;
     context.fillText(words, x, y);
   }
+}
+
+function isAlike(part, other) {
+  return Boolean(part.disk) === Boolean(other.disk) && part.colour === other.colour
+    && part.width === other.width && part.radius === other.radius && !part.dash && !other.dash;
 }
 
 /** Lines of a link between two pixels. */
@@ -182,7 +236,7 @@ const WIDTHS = { rod: 2.5, wheel: 1.5, body: 1.2 };
 
 /** Draw what does not move: curves, the ground of wheels, the direction of gravity. */
 function drawStill(painter, camera, stage, p) {
-  const faint = painter.colour('faint');
+  const faint = colours.of('faint');
   const grounds = stage.stage.wheels.map((wheel) => wheel.ground).filter(Boolean);
   for (const line of [...stage.curves(p).map(({ points }) => points), ...grounds]) {
     painter.line(line.map((place) => camera.pixel(place)), faint, 1.2);
@@ -203,50 +257,80 @@ function drawStill(painter, camera, stage, p) {
   painter.text('g', [shaft[0] - 12, (shaft[1] + tip[1]) / 2], faint, 'right');
 }
 
+/** Depths that a picture of many parts tells apart; those of one depth share paths. */
+const [FEW_PARTS, DEPTHS] = [60, 16];
+
 /** Draw the bodies, links and wheels of a state, what is farthest first. */
 function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
-  const places = stage.places(t, y, p);
-  if (!places.flat().every(Number.isFinite)) return places;
-  const ink = painter.colour(colour === 'mass' ? 'ink' : colour);
-  const { bodies, links, outlines, wheels } = stage.stage;
-  const parts = links.map(({ kind, ends }, k) => ({
-    depth: (camera.depth(places[ends[0]]) + camera.depth(places[ends[1]])) / 2,
-    draw: () => {
-      const [a, b] = ends.map((end) => camera.pixel(places[end]));
-      const dash = kind === 'radius' ? [4, 4] : [];
-      for (const line of linkLines(kind, a, b, stage.turns?.[k])) {
-        painter.line(line, ink, WIDTHS[kind] ?? 1.2, dash);
-      }
-    },
-  }));
-  for (const wheel of wheels) {
-    const lines = stage.wheel(wheel, places, t, y, p);
-    parts.push({
-      depth: camera.depth(places[wheel.body]),
-      draw: () => lines.forEach((line) => painter.line(line.map((q) => camera.pixel(q)), ink, WIDTHS.wheel)),
-    });
-  }
-  for (const outline of outlines) {
-    const lines = stage.outline(outline, places, t, y, p, camera);
-    const width = WIDTHS[outline.shape === 'rod' ? 'rod' : 'body'];
-    parts.push({
-      depth: camera.depth(places[outline.body]),
-      draw: () => {
-        lines.forEach((line) => painter.line(line.map((q) => camera.pixel(q)), ink, width));
-        if (outline.shape !== 'sphere') return;
-        const radius = camera.scale * Math.hypot(...stage.spans(outline, t, y, p)[0]);
-        painter.circle(camera.pixel(places[outline.body]), radius, ink, width);
-      },
-    });
-  }
-  bodies.forEach(({ kind, name }, k) => parts.push({
-    depth: camera.depth(places[k]) + 1e-9,
-    draw: () => {
-      const at = camera.pixel(places[k]);
-      painter.disk(at, kind === 'mass' ? stage.radius : 3, kind === 'mass' ? painter.colour(colour) : ink);
-      if (isNamed && name) painter.text(name, [at[0] + 9, at[1] - 9], ink);
-    },
-  }));
-  parts.sort((a, b) => a.depth - b.depth).forEach(({ draw }) => draw());
+  const scene = stage.scene(t, y, p);
+  const { places } = scene;
+  if (!places.every((place) => place.every(Number.isFinite))) return places;
+  const pixels = places.map((place) => camera.pixel(place));
+  const depths = places.map((place) => camera.depth(place));
+  const ink = colours.of(colour === 'mass' ? 'ink' : colour);
+  const parts = [
+    ...linkParts(stage, pixels, depths, ink),
+    ...shapeParts(stage, scene, camera, depths, ink),
+    ...bodyParts(stage, pixels, depths, ink, colours.of(colour)),
+  ];
+  painter.parts(sorted(parts));
+  if (!isNamed) return places;
+  stage.stage.bodies.forEach(({ name }, k) => {
+    if (name) painter.text(name, [pixels[k][0] + 9, pixels[k][1] - 9], ink);
+  });
   return places;
+}
+
+function linkParts(stage, pixels, depths, colour) {
+  return stage.stage.links.map(({ kind, ends: [a, b] }, k) => ({
+    depth: (depths[a] + depths[b]) / 2,
+    lines: linkLines(kind, pixels[a], pixels[b], stage.turns?.[k]),
+    colour,
+    width: WIDTHS[kind] ?? 1.2,
+    dash: kind === 'radius' ? [4, 4] : undefined,
+  }));
+}
+
+/** Wheels and the outlines of rigid bodies. */
+function shapeParts(stage, scene, camera, depths, colour) {
+  const { wheels, outlines } = stage.stage;
+  const flat = (lines) => lines.map((line) => line.map((place) => camera.pixel(place)));
+  const wheelParts = wheels.map((wheel) => ({
+    depth: depths[wheel.body], lines: flat(stage.wheel(wheel, scene)), colour, width: WIDTHS.wheel,
+  }));
+  const outlineParts = outlines.map((outline) => {
+    const lines = flat(stage.outline(outline, scene, camera));
+    if (outline.shape === 'sphere') {
+      const radius = camera.scale * Math.hypot(...stage.spans(outline, scene)[0]);
+      lines.push(circleLine(camera.pixel(scene.places[outline.body]), radius));
+    }
+    const width = WIDTHS[outline.shape === 'rod' ? 'rod' : 'body'];
+    return { depth: depths[outline.body], lines, colour, width };
+  });
+  return [...wheelParts, ...outlineParts];
+}
+
+function bodyParts(stage, pixels, depths, ink, colour) {
+  return stage.stage.bodies.map(({ kind }, k) => ({
+    depth: depths[k],
+    isBody: true,
+    disk: pixels[k],
+    radius: kind === 'mass' ? stage.radius : 3,
+    colour: kind === 'mass' ? colour : ink,
+  }));
+}
+
+function circleLine([x, y], radius) {
+  return Array.from({ length: 73 }, (_, k) => [
+    x + radius * Math.cos((Math.PI * k) / 36), y + radius * Math.sin((Math.PI * k) / 36),
+  ]);
+}
+
+/** Parts from the farthest to the nearest, bodies before what is as far as they. */
+function sorted(parts) {
+  const depths = parts.map(({ depth }) => depth);
+  const [low, high] = [Math.min(...depths), Math.max(...depths)];
+  const size = parts.length > FEW_PARTS && high > low ? (high - low) / DEPTHS : 0;
+  for (const part of parts) part.level = size ? Math.floor((part.depth - low) / size) : part.depth;
+  return parts.sort((a, b) => a.level - b.level || Boolean(a.isBody) - Boolean(b.isBody));
 }

@@ -12,7 +12,7 @@ function usualSpeed() {
   return seconds >= 1 && seconds <= 60 ? 1 : seconds / 10;
 }
 
-const view = { t: span[0], isPlaying: false, speed: usualSpeed(), last: 0, drag: null };
+const view = { t: span[0], isPlaying: false, speed: usualSpeed(), last: 0, redrawn: 0, marked: 0, drag: null };
 
 // A scene that says of nothing where it is has plots, and no drawing.
 const stage = data.stage && new Stage(data.stage, usual.p);
@@ -26,7 +26,10 @@ let twin = null;
 let finer = null;
 let largest = 0;
 let compared = 0;
-let isStale = true;
+
+// The curves are of other settings, or have grown, since they were drawn; the picture has moved;
+// the marks on the curves stand where the picture is.
+let [isStale, isGrown, isMoved, isMarked] = [true, true, true, false];
 
 const isUsual = () => settings.p.every((value, k) => value === usual.p[k])
   && settings.y.every((value, k) => value === usual.y[k]);
@@ -43,7 +46,7 @@ function restart() {
   finer = isUsual() ? null : begun(settings.y, TOLERANCE / FINER);
   [largest, compared] = [0, 0];
   view.t = Math.min(view.t, settings.until);
-  isStale = true;
+  [isStale, isMoved] = [true, true];
   byId('time').min = span[0];
   byId('time').max = settings.until;
 }
@@ -98,16 +101,28 @@ function fitCamera() {
   });
 }
 
+/** Points of a trace, which is a quarter of the simulated motion long, and most traces. */
+const [TRACE_POINTS, MOST_TRACES] = [240, 12];
+
 function drawTraces(painter) {
-  const until = Math.min(view.t, motion.reached);
-  const from = Math.max(span[0], until - (span[1] - span[0]) / 4);
-  const times = Array.from({ length: 241 }, (_, k) => from + ((until - from) * k) / 240);
   const masses = data.stage.bodies.flatMap(({ kind }, k) => (kind === 'mass' ? [k] : []));
-  if (masses.length > 12 || until <= from) return;
-  const lines = times.map((t) => stage.places(t, motion.at(t), settings.p));
+  if (masses.length > MOST_TRACES) return;
+  const apart = (span[1] - span[0]) / (4 * TRACE_POINTS);
+  const until = Math.min(view.t, motion.reached);
+  const last = Math.floor((until - span[0]) / apart);
+  const first = Math.max(0, last - TRACE_POINTS);
+  const lines = Array.from({ length: last - first + 1 }, (_, k) => tracedPlaces(first + k, apart));
+  lines.push(stage.places(until, motion.at(until), motion.p));
   for (const k of masses) {
-    painter.line(lines.map((places) => camera.pixel(places[k])), painter.colour('trace'), 1);
+    painter.line(lines.map((places) => camera.pixel(places[k])), colours.of('trace'), 1);
   }
+}
+
+/** Places of the bodies at one of the times of traces, computed once. */
+function tracedPlaces(number, apart) {
+  const t = span[0] + number * apart;
+  motion.traced[number] ??= stage.places(t, motion.at(t), motion.p);
+  return motion.traced[number];
 }
 
 function drawAll() {
@@ -127,40 +142,43 @@ function drawSystem(t) {
   view.places = drawState(painter, camera, stage, { t, y, p: settings.p }, 'mass', true);
 }
 
+/** Draw the curves anew. */
 function drawPlots() {
   const times = curveTimes();
-  const states = times.map((t) => motion.at(t));
-  const t = Math.min(view.t, motion.reached);
-  const now = motion.at(t);
-  drawSeries(times, states, t, now);
-  drawPhase(states, now);
+  drawSeries(times);
+  drawPhase(times);
   drawDrift();
   drawSection();
 }
 
-function drawSeries(times, states, t, now) {
-  const curves = [];
-  const marks = [];
-  shownNumbers().forEach((k, place) => {
-    const colour = COLOURS[place % COLOURS.length];
-    curves.push({ colour, points: states.map((y, j) => [times[j], y[k]]) });
-    marks.push({ colour, at: [t, now[k]] });
-  });
-  plot(painters.series, curves, { marks });
+/** Mark the state that is shown on the curves. */
+function drawMarks() {
+  const t = Math.min(view.t, motion.reached);
+  const now = motion.at(t);
+  const k = Number(byId('phase-of').value);
+  mark(painters.series, shownNumbers().map((number, place) => (
+    { colour: COLOURS[place % COLOURS.length], at: [t, now[number]] })));
+  mark(painters.phase, [{ colour: COLOURS[1], at: [now[k], now[count + k]] }]);
 }
 
-function drawPhase(states, now) {
+function drawSeries(times) {
+  plot(painters.series, shownNumbers().map((k, place) => ({
+    colour: COLOURS[place % COLOURS.length],
+    points: times.map((t) => [t, motion.numberAt(t, k)]),
+  })));
+}
+
+function drawPhase(times) {
   const k = Number(byId('phase-of').value);
-  const curve = { colour: COLOURS[0], points: states.map((y) => [y[k], y[count + k]]) };
-  plot(painters.phase, [curve], { marks: [{ colour: COLOURS[1], at: [now[k], now[count + k]] }] });
+  const points = times.map((t) => [motion.numberAt(t, k), motion.numberAt(t, count + k)]);
+  plot(painters.phase, [{ colour: COLOURS[0], points }]);
 }
 
 function drawDrift() {
   // At the ends of steps: between them the dense output is less exact than the steps.
   const every = Math.max(1, Math.ceil(motion.segments.length / MOST_POINTS));
-  const ends = motion.segments.flatMap(({ parts: [y] }, k) => (k % every ? [] : [[motion.times[k], y]]));
-  const energies = ends.map(([t, y]) => system.energy(t, y, settings.p));
-  const points = energies.map((value, k) => [ends[k][0], value - energies[0]]);
+  const shownSteps = motion.segments.flatMap((_, k) => (k % every ? [] : [k]));
+  const points = shownSteps.map((k) => [motion.times[k], motion.energyOf(k) - motion.energyOf(0)]);
   plot(painters.drift, [{ colour: COLOURS[3], points }]);
   const worst = points.reduce((most, [, value]) => Math.max(most, Math.abs(value)), 0);
   byId('drift-word').textContent = `${words.drift}: |Δ${data.energy}| ≤ ${shortly(worst, 2)}`;
@@ -184,24 +202,54 @@ function shownNumbers() {
 
 // -- the loop -----------------------------------------------------------------------------
 
+/** Milliseconds of a frame in which motions are computed while one is shown, and while none is. */
+const [SHARED, ALONE] = [6, 12];
+
+/** Milliseconds between two drawings of marks and texts, and of curves that grow. */
+const [MARKED, REDRAWN] = [100, 250];
+
 function frame(now) {
   const seconds = Math.min(0.1, (now - view.last) / 1000);
   view.last = now;
-  for (const run of [motion, twin, finer]) run?.advance(run === finer ? 2 : 5);
+  const isGrowing = compute();
   if (view.isPlaying && !view.drag) {
     view.t += seconds * view.speed;
+    isMoved = true;
     if (view.t >= settings.until) {
       view.t = settings.until;
       setPlaying(false);
     }
   }
-  drawAll();
-  if (isStale || view.isPlaying) {
-    if (isStale || ++view.frames % 6 === 0) drawPlots();
-    isStale = [motion, finer].some((run) => run?.status === 'running');
-    tell();
-  }
+  const wasMoved = isMoved;
+  if (isMoved) drawAll();
+  isMoved = isGrowing && [motion, twin].some((run) => run && view.t >= run.reached);
+  drawBeside(now, isGrowing, wasMoved);
   requestAnimationFrame(frame);
+}
+
+/** Compute for a part of a frame; say whether a motion grew. */
+function compute() {
+  const growing = [motion, twin, finer].filter((run) => run?.status === 'running');
+  const share = (view.isPlaying ? SHARED : ALONE) / growing.length;
+  for (const run of growing) run.advance(share);
+  isGrown ||= growing.length > 0;
+  return growing.length > 0;
+}
+
+/** Draw curves, marks and texts, a few times a second. */
+function drawBeside(now, isGrowing, wasMoved) {
+  isMarked &&= !wasMoved;
+  const isRedrawn = isStale || (isGrown && (!isGrowing || now - view.redrawn > REDRAWN));
+  if (isRedrawn) {
+    drawPlots();
+    view.redrawn = now;
+    [isStale, isGrown] = [false, isGrowing];
+  }
+  if (!isRedrawn && (isMarked || now - view.marked < MARKED)) return;
+  drawMarks();
+  tell();
+  view.marked = now;
+  isMarked = true;
 }
 
 /** Say how far the motion is, and how well it agrees. */
@@ -219,7 +267,6 @@ function tell() {
 function setPlaying(isPlaying) {
   view.isPlaying = isPlaying;
   byId('play').textContent = isPlaying ? words.pause : words.play;
-  isStale = true;
 }
 
 /** Begin anew after settings were changed. */

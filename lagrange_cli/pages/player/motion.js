@@ -36,6 +36,7 @@ class Motion {
     Object.assign(this, { from, until, p, scales, tolerance });
     this.times = [from];
     this.segments = [];
+    [this.energies, this.traced] = [[], []];
     this.mode = system.FLIGHT;
     this.bounces = { part: 0, count: 0 };
     const led = system.project ? system.project(from, start, p, this.mode) : Float64Array.from(start);
@@ -76,13 +77,10 @@ class Motion {
     return largest;
   }
 
-  /** Integrate for some milliseconds, or until the end. */
+  /** Integrate for some milliseconds, or until the end; a step that has begun is ended. */
   advance(milliseconds) {
     const end = performance.now() + milliseconds;
-    while (this.status === 'running') {
-      for (let k = 0; k < 20 && this.status === 'running'; ++k) this.step();
-      if (performance.now() > end) break;
-    }
+    while (this.status === 'running' && performance.now() < end) this.step();
   }
 
   /** Make one step that the error control accepts. */
@@ -112,11 +110,8 @@ class Motion {
     const k = [this.slope];
     const moved = new Float64Array(state.length);
     for (let s = 1; s < 7; ++s) {
-      for (let i = 0; i < state.length; ++i) {
-        let sum = 0;
-        for (let r = 0; r < s; ++r) sum += STAGES[s][r] * k[r][i];
-        moved[i] = state[i] + h * sum;
-      }
+      const change = combined(STAGES[s], k, h);
+      for (let i = 0; i < state.length; ++i) moved[i] = state[i] + change[i];
       k.push(system.rhs(t + NODES[s] * h, moved, p, this.mode));
     }
     const error = combined(ERROR, k, h);
@@ -185,6 +180,18 @@ class Motion {
   /** The state at a time, by the dense output of its step; times beyond the ends are the ends'. */
   at(t) {
     if (!this.segments.length) return this.state;
+    const number = this.segmentAt(t);
+    return dense(this.segments[number], t - this.times[number]);
+  }
+
+  /** One number of the state at a time. */
+  numberAt(t, i) {
+    if (!this.segments.length) return this.state[i];
+    const number = this.segmentAt(t);
+    return denseNumber(this.segments[number], t - this.times[number], i);
+  }
+
+  segmentAt(t) {
     let low = 0;
     let high = this.segments.length - 1;
     while (low < high) {
@@ -192,22 +199,36 @@ class Motion {
       if (this.times[middle] <= t) low = middle;
       else high = middle - 1;
     }
-    return dense(this.segments[low], t - this.times[low]);
+    return low;
+  }
+
+  /** The energy at the beginning of a segment, computed once. */
+  energyOf(number) {
+    const [y] = this.segments[number].parts;
+    this.energies[number] ??= system.energy(this.times[number], y, this.p);
+    return this.energies[number];
   }
 }
 
 /** The state a time behind the beginning of a segment. */
-function dense({ h, parts: [a, b, c, d, e] }, time) {
+function dense(segment, time) {
+  const state = new Float64Array(segment.parts[0].length);
+  for (let i = 0; i < state.length; ++i) state[i] = denseNumber(segment, time, i);
+  return state;
+}
+
+function denseNumber({ h, parts }, time, i) {
   const s = Math.min(1, Math.max(0, time / h));
   const r = 1 - s;
-  return a.map((value, i) => value + s * (b[i] + r * (c[i] + s * (d[i] + r * e[i]))));
+  return parts[0][i] + s * (parts[1][i] + r * (parts[2][i] + s * (parts[3][i] + r * parts[4][i])));
 }
 
 function combined(weights, k, h) {
   const sum = new Float64Array(k[0].length);
-  weights.forEach((weight, s) => {
-    for (let i = 0; weight && i < sum.length; ++i) sum[i] += h * weight * k[s][i];
-  });
+  for (let s = 0; s < weights.length; ++s) {
+    const [weight, slope] = [h * weights[s], k[s]];
+    for (let i = 0; weight && i < sum.length; ++i) sum[i] += weight * slope[i];
+  }
   return sum;
 }
 

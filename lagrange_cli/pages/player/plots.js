@@ -14,31 +14,51 @@ function shortly(value, digits = 4) {
 const SUPERSCRIPTS = Object.fromEntries([...'-0123456789'].map((sign, k) => [sign, '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'[k]]));
 
 /** Draw curves of points into a painter, with a frame and the ranges of both axes. */
-function plot(painter, curves, { marks = [], isDotted = false } = {}) {
+function plot(painter, curves, { isDotted = false } = {}) {
   painter.clear();
-  const [ink, faint] = [painter.colour('ink'), painter.colour('faint')];
-  const points = curves.flatMap((curve) => curve.points).filter((q) => q.every(Number.isFinite));
-  if (!points.length) return;
+  const points = curves.flatMap((curve) => curve.points).filter(isFinitePoint);
+  painter.place = points.length ? placed(painter, points) : null;
+  if (points.length) drawCurves(painter, curves, isDotted);
+  painter.keep();
+}
+
+/** Draw the curves of the last plot again, and marks on them. */
+function mark(painter, marks) {
+  if (!painter.place) return;
+  painter.recall();
+  for (const { at, colour } of marks) {
+    if (isFinitePoint(at)) painter.disk(painter.place(at), 4, colour);
+  }
+}
+
+const isFinitePoint = ([x, y]) => Number.isFinite(x) && Number.isFinite(y);
+
+/** The function from points to pixels by which all points are within the frame, with its ranges. */
+function placed(painter, points) {
   const low = [0, 1].map((k) => points.reduce((least, q) => Math.min(least, q[k]), Infinity));
   const high = [0, 1].map((k) => points.reduce((most, q) => Math.max(most, q[k]), -Infinity));
   const spread = [0, 1].map((k) => high[k] - low[k] || Math.abs(high[k]) || 1);
-  const [left, top, right, bottom] = [76, 10, painter.width - 10, painter.height - 24];
-  const pixel = ([x, y]) => [
+  const frame = [76, 10, painter.width - 10, painter.height - 24];
+  const [left, top, right, bottom] = frame;
+  const place = ([x, y]) => [
     left + ((x - low[0]) / spread[0]) * (right - left),
     bottom - ((y - low[1]) / spread[1]) * (bottom - top),
   ];
+  return Object.assign(place, { frame, low, high });
+}
+
+function drawCurves(painter, curves, isDotted) {
+  const [ink, faint] = [colours.of('ink'), colours.of('faint')];
+  const { frame: [left, top, right, bottom], low, high } = painter.place;
   painter.line([[left, top], [left, bottom], [right, bottom]], faint, 1);
   painter.text(shortly(high[1], 3), [left - 5, top + 10], ink, 'right');
   painter.text(shortly(low[1], 3), [left - 5, bottom], ink, 'right');
   painter.text(shortly(low[0]), [left, bottom + 17], ink);
   painter.text(shortly(high[0]), [right, bottom + 17], ink, 'right');
-  for (const { points: line, colour } of curves) {
-    const shown = line.filter((q) => q.every(Number.isFinite)).map(pixel);
+  for (const { points, colour } of curves) {
+    const shown = points.filter(isFinitePoint).map(painter.place);
     if (isDotted) shown.forEach((at) => painter.disk(at, 1.6, colour));
     else painter.line(shown, colour, 1.4);
-  }
-  for (const { at, colour } of marks) {
-    if (at.every(Number.isFinite)) painter.disk(pixel(at), 4, colour);
   }
 }
 
@@ -46,7 +66,7 @@ function plot(painter, curves, { marks = [], isDotted = false } = {}) {
 function passages(motion, coordinate, value, shown) {
   const points = [];
   const { times } = motion;
-  const above = (t) => motion.at(t)[coordinate] - value;
+  const above = (t) => motion.numberAt(t, coordinate) - value;
   for (let k = 1; k < times.length; ++k) {
     let [a, b] = [times[k - 1], times[k]];
     if (!(above(a) < 0 && above(b) >= 0)) continue;
