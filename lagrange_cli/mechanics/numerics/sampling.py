@@ -28,6 +28,11 @@ DRAWS = 200
 #: Most draws if each starts a search for a point on closures, which costs more.
 PLACED_DRAWS = 48
 
+#: Way to a point on closures, relative to the spread of each coordinate, beyond which it may lie on
+#: another branch than the given configuration, with another number of independent closures: from a
+#: nearly singular matrix Newton's method leaps by thousands of turns. Not tuned.
+_REACH = 4
+
 #: Number of coordinates above which points on closures are drawn close to the initial
 #: configuration: from far away, where no link has its length, Newton's method diverges.
 _LARGE = 64
@@ -109,25 +114,32 @@ class Sampler:
 
         ``vary_parameters`` multiplies values of parameters by factors in (1/2, 3/2)
         as long as that leaves the point feasible; ``width`` scales the spread; ``closures`` may
-        select some closures by number.
+        select some closures by number. A point that closures are far from is returned only if
+        none was found nearby.
         """
+        far: SamplePoint | None = None
         if self.many and self._placed:
             width = width / (8 * len(self.coordinates))
         for attempt in range(self._starts):
             varied = vary_parameters and attempt < (1 if self.many else self._starts // 4)
-            point: SamplePoint | None = self.candidate(width, varied)
-            if point is not None and self._place is not None:
-                point = self._place(point, closures)
+            drawn = self.candidate(width, varied)
+            point = drawn if self._place is None else self._place(drawn, closures)
             if point is not None and self._is_feasible(point):
-                return point
+                if self._is_near(drawn, point):
+                    return point
+                far = far or point
             # Around a given configuration, shrink towards it; otherwise draw again.
             width = width * 3 / 4 if attempt % 4 == 3 and width > mpf(2) ** -20 else width
-        return None
+        return far
 
     def opposite(self, point: SamplePoint) -> SamplePoint | None:
         """Reflect the coordinates of a point about the given ones; None if it is not feasible."""
         turned = {**point, **{q: 2 * self._center[q] - point[q] for q in self.coordinates}}
         return turned if self._is_feasible(turned) else None
+
+    def _is_near(self, drawn: SamplePoint, placed: SamplePoint) -> bool:
+        reaches = ((q, _REACH * self._spread[q]) for q in self.coordinates)
+        return all(abs(placed[q] - drawn[q]) <= reach for q, reach in reaches)
 
     def _is_feasible(self, point: SamplePoint) -> bool:
         inputs = [(point[s], mpf(0), mpf(0)) for s in self._symbols]
