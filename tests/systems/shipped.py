@@ -29,6 +29,7 @@ JOINTS = {
     name: SYSTEMS / "bodies" / f"{name}.yaml"
     for name in (
         "benchmark_bicycle",
+        "bricards_linkage",
         "crank_and_slider",
         "flyball_governor",
         "leaning_disk",

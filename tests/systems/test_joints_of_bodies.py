@@ -103,6 +103,12 @@ def test_the_bicycle_has_the_published_eigenvalues_to_all_digits(speed: int) -> 
         assert min(abs(x - exact) for x in found) < 1e-14 * max(1, abs(exact))
 
 
+def test_bricards_linkage_moves_with_six_hinges() -> None:
+    (warning,) = derivation("bricards_linkage").equations.derivation.warnings
+    assert "1 of the 2 equations of constraint 'hinge' is redundant" in warning.message
+    assert derivation("bricards_linkage").equations.derivation.account.dof == 1
+
+
 @pytest.mark.slow
 def test_a_slider_crank_moves_as_its_energy_says() -> None:
     """T = ½ J(φ) φ̇² of the mechanism by hand: J φ̈ + ½ J′ φ̇² + V′ = 0, J′ by differences."""
