@@ -88,6 +88,9 @@ _DIGITS = 30
 
 #: Configurations at which identities and ranks are checked.
 RANK_POINTS = 3
+#: Distance of a point on closures from the given configuration over that of the one before. Not
+#: tuned.
+_CLOSER = mpf(1) / 8
 
 #: Configurations on closures of many coordinates: two distinguish constant from varying numbers.
 _FEWEST_POINTS = 2
@@ -361,10 +364,15 @@ def _violated(chart: Chart, closure_numbers: Sequence[int]) -> dict[int, SampleP
 def _drawn(
     geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
 ) -> list[SamplePoint]:
+    """Draw feasible points, on closures each closer to the given configuration than the last.
+
+    A linkage may have branches of another rank nearby: the closest point is on the branch of the
+    given configuration, the first shows what holds farther away.
+    """
     wanted = wanted or (_FEWEST_POINTS if sampler.many else RANK_POINTS)
     points: list[SamplePoint] = []
     while len(points) < wanted:
-        point = sampler.draw()
+        point = sampler.draw(width=_CLOSER ** len(points) if restricting else mpf(1))
         if point is None:
             elimination, reference = geometry.elimination, geometry.reference
             raise diagnose_no_configuration(

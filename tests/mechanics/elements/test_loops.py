@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mpmath import mpf
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive, reduce
+from lagrange_cli.mechanics.numerics.rank import dependent_rows, normalized_row
+from lagrange_cli.mechanics.reduction.coordinates import manifold_of, sampler_of
 from lagrange_cli.scene import read_text
 from tests.mechanics.elements.random_loops import Loop, Motion, planar_loop, spatial_loop
 
@@ -97,6 +100,23 @@ def test_bricards_linkage_moves_since_one_equation_is_redundant(closing: str, sa
     assert reduced.account.dof == 1
     (warning,) = reduced.warnings
     assert said in warning.message
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_points_on_bricards_linkage_are_drawn_on_the_branch_of_its_start(seed: int) -> None:
+    # Its closures are of another rank on branches a quarter of a turn away, and thousands of turns
+    # away, where Newton's method leaps.
+    start = ", ".join(f"q{k}: 0" for k in range(1, 6))
+    reduced = reduce(read_text(f"{BRICARD}{HINGE}near: {{{start}}}\n"))
+    manifold = manifold_of(reduced.chart, reduced.closures)
+    sampler = sampler_of(reduced.chart, [], manifold, seed=str(seed))
+    far, near = sampler.draw(), sampler.draw(width=mpf(1) / 8)
+    assert far is not None
+    assert all(abs(far[q]) < 2 * np.pi for q in sampler.coordinates)
+    assert near is not None
+    rows = [normalized_row(row) for row in manifold.slopes(near)]
+    assert len(rows) == 4
+    assert not dependent_rows(rows)
 
 
 def test_a_planar_loop_of_hinges_in_space_has_three_equations_that_say_nothing() -> None:
