@@ -33,6 +33,10 @@ PLACED_DRAWS = 48
 #: nearly singular matrix Newton's method leaps by thousands of turns. Not tuned.
 _REACH = 4
 
+#: Distance, relative to the spread of each coordinate, within which a point is the given one: where
+#: gradients depend on each other, an equation that holds to 1e-9 places it to the root of that.
+_SAME = mpf("1e-4")
+
 #: Number of coordinates above which points on closures are drawn close to the initial
 #: configuration: from far away, where no link has its length, Newton's method diverges.
 _LARGE = 64
@@ -136,6 +140,12 @@ class Sampler:
         """Reflect the coordinates of a point about the given ones; None if it is not feasible."""
         turned = {**point, **{q: 2 * self._center[q] - point[q] for q in self.coordinates}}
         return turned if self._is_feasible(turned) else None
+
+    def is_given(self, point: SamplePoint) -> bool:
+        """Tell whether a point is the given configuration, up to a singular point's rounding."""
+        return all(
+            abs(point[q] - self._center[q]) <= _SAME * self._spread[q] for q in self.coordinates
+        )
 
     def _is_near(self, drawn: SamplePoint, placed: SamplePoint) -> bool:
         reaches = ((q, _REACH * self._spread[q]) for q in self.coordinates)

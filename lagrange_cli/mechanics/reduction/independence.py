@@ -124,6 +124,10 @@ def _require_implied(
             # Each of the equations may be off by the tolerance, as decimals are; one that
             # does not follow is off by the square of the distance around.
             if violations[k] > RANK_TOLERANCE * (1 + len(by)):
+                if all(map(sampler.is_given, points)):
+                    raise refusals.isolated_start_error(
+                        geometry.names.scene, geometry.elimination, related
+                    )
                 raise refusals.singular_error(
                     geometry.names.scene, geometry.elimination, [related[j] for j in (*by, k)]
                 )
