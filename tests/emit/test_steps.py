@@ -245,6 +245,22 @@ def test_virtual_work_beside_moving_constraints_and_terms_in_coordinates() -> No
     assert "Σ_i F_i · δr_i - Σ_j N_j δq_j = 0\n" in text
 
 
+def test_states_have_their_values_at_rest_in_equilibria_by_virtual_work() -> None:
+    motor = """
+    plane: xz
+    parameters: {m: {positive: true}, l: {positive: true}, g: {positive: true}, V: {}}
+    particles: {bob: {mass: m, position: [l*sin(phi), 0, -l*cos(phi)]}}
+    coordinates: [phi]
+    states: {i: {rate: V - i - dot(phi)}}
+    potentials: {weight: {gravity: g}}
+    forces: {motor: {on: phi, force: i}}
+    """
+    equations = derive(read_text(motor), steps="virtual-work")
+    assert "    i = V\n" in derivation_text(equations)
+    points = derivation_report(equations)["steps"]["equilibrium"]["points"]
+    assert all(point["exact"]["i"] == "V" for point in points)
+
+
 @pytest.mark.slow
 def test_multipliers_take_part_in_virtual_work(capsys: pytest.CaptureFixture[str]) -> None:
     scene = [str(SCENES["pendulum_in_cartesian_coordinates"]), "--by", "virtual-work"]

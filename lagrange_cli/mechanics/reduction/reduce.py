@@ -364,7 +364,7 @@ def _violated(chart: Chart, closure_numbers: Sequence[int]) -> dict[int, SampleP
 def _drawn(
     geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
 ) -> list[SamplePoint]:
-    """Draw feasible points, on closures each closer to the given configuration than the last.
+    """Draw feasible points, on closures each closer to the given configuration if some are there.
 
     A linkage may have branches of another rank nearby: the closest point is on the branch of the
     given configuration, the first shows what holds farther away.
@@ -372,7 +372,8 @@ def _drawn(
     wanted = wanted or (_FEWEST_POINTS if sampler.many else RANK_POINTS)
     points: list[SamplePoint] = []
     while len(points) < wanted:
-        point = sampler.draw(width=_CLOSER ** len(points) if restricting else mpf(1))
+        closer = sampler.draw(width=_CLOSER ** len(points)) if restricting and points else None
+        point = closer or sampler.draw()
         if point is None:
             elimination, reference = geometry.elimination, geometry.reference
             raise diagnose_no_configuration(

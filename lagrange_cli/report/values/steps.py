@@ -10,7 +10,7 @@ from lagrange_cli.mechanics.step_values import Way
 from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.scene_language import ExpressionPrinter
 from lagrange_cli.report.contents.steps.writer import StepsWriter
-from lagrange_cli.report.values.expressions import CONDITIONS, by_symbol
+from lagrange_cli.report.values.expressions import CONDITIONS, by_symbol, coordinate_names
 from lagrange_cli.report.values.json_types import (
     BOOLEAN,
     EXPRESSION,
@@ -184,10 +184,11 @@ def _equilibria(writer: StepsWriter) -> _Equilibria | None:
     """Return the equilibria if the steps lead to these."""
     if writer.steps.of_motion:
         return None
-    forms = laws_of_equilibrium(rest_system(writer.equations, {}))
+    system = rest_system(writer.equations, {})
+    forms = laws_of_equilibrium(system)
     if forms is None:
         return _Equilibria([], False, ())
-    names = [c.name for c in writer.equations.system.coordinates]
+    names = coordinate_names(system.equations)
     points = [NamedEquilibrium(point, names) for point in forms.points]
     return _Equilibria(points, forms.complete, tuple(forms.nonzero))
 

@@ -222,12 +222,18 @@ def _falls_back(g: Callable[[float], float], start: float, end: float) -> float:
 
 
 def _zero(g: Callable[[float], float], between: Sequence[float] | Array) -> float:
+    """Locate where g stops being positive; where it has no value, as in overflow, it is not."""
+
+    def positive(t: float) -> float:
+        value = g(t)
+        return -1.0 if np.isnan(value) else value
+
     a, b = map(float, between)
-    if g(a) <= 0:
+    if positive(a) <= 0:
         return a
     from scipy.optimize import brentq
 
-    return float(brentq(g, a, b, xtol=2 * np.spacing(max(abs(a), abs(b))), rtol=4e-16 * 4))
+    return float(brentq(positive, a, b, xtol=2 * np.spacing(max(abs(a), abs(b))), rtol=4e-16 * 4))
 
 
 def _least(g: Callable[[float], float], a: float, b: float) -> tuple[float, float]:

@@ -138,6 +138,10 @@ def test_two_crossings_between_the_points_of_a_step_are_found():
     assert dip == pytest.approx(0.36, abs=1e-12)
 
 
+def test_a_function_without_a_value_within_a_step_falls_where_that_begins():
+    assert search(lambda t: math.nan if 0.3 < t < 0.32 else 0.31 - t, 1.0) == pytest.approx(0.3)
+
+
 @given(st.floats(1e-6, 0.9))
 def test_what_rises_from_zero_falls_back_where_it_does(at: float):
     """A bounce as short as any part of the step is seen."""

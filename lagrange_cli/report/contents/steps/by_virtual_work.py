@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.analysis.values import Equilibrium
+    from lagrange_cli.mechanics.system import Coordinate
 
 
 def principle(writer: StepsWriter) -> Section | None:
@@ -118,7 +119,8 @@ def equilibrium(writer: StepsWriter) -> Section | None:
     InputError
         Nothing can stay at rest: see :func:`.rest_system.rest_system`.
     """
-    forms = laws_of_equilibrium(rest_system(writer.equations, {}))
+    system = rest_system(writer.equations, {})
+    forms = laws_of_equilibrium(system)
     points = forms.points[:MOST_LISTED] if forms else ()
     if forms is None or not (points or forms.complete):
         text = say("These equations have no solution in closed form that was found.")
@@ -129,26 +131,28 @@ def equilibrium(writer: StepsWriter) -> Section | None:
         text = say("These equations are satisfied exactly by")
     else:
         text = say("These equations are satisfied, among others perhaps, by")
-    blocks = _solutions(writer, points)
+    # States of first order stand behind the coordinates.
+    coordinates = system.equations.system.coordinates
+    solutions = [_solution(writer, coordinates, point) for point in points]
     exception = None
     if forms.complete and forms.nonzero:
         latex = {p.name: p.latex for p in writer.equations.system.parameters}
         names = enumerated([symbol(name, 0, latex.get(name)) for name in forms.nonzero])
         one, many = "Here {names} is not 0.", "Here {names} are not 0."
         exception = say.counted(len(forms.nonzero), one, many, names=names)
-    return section(say("Equilibrium"), text, *blocks, exception)
+    return section(say("Equilibrium"), text, *_alternatives(solutions), exception)
 
 
-def _solutions(writer: StepsWriter, points: Sequence[Equilibrium]) -> Iterator[Part]:
+def _alternatives(solutions: Sequence[list[Part]]) -> Iterator[Part]:
     """Write equilibria with *or* between them; values of one coordinate alone stand together."""
     alternatives: list[list[Part]] = []
-    for is_value, solutions in groupby([_solution(writer, point) for point in points], _is_value):
+    for is_value, alike in groupby(solutions, _is_value):
         if is_value:
-            blocks = (block for solution in solutions for block in solution)
+            blocks = (block for solution in alike for block in solution)
             rows = [row for block in blocks if isinstance(block, Formulas) for row in block.rows]
             alternatives.append([formulas(rows, result=True)])
         else:
-            alternatives += solutions
+            alternatives += alike
     for number, solution in enumerate(alternatives):
         if number:
             yield say("or")
@@ -161,9 +165,11 @@ def _is_value(solution: Sequence[Part]) -> bool:
     return not others and isinstance(block, Formulas) and len(block.rows) == 1
 
 
-def _solution(writer: StepsWriter, point: Equilibrium) -> list[Part]:
+def _solution(
+    writer: StepsWriter, coordinates: Sequence[Coordinate], point: Equilibrium
+) -> list[Part]:
     """Write one equilibrium: values of coordinates, and the law under which others are any."""
-    pairs = list(zip(writer.equations.system.coordinates, point.exact or (), strict=True))
+    pairs = list(zip(coordinates, point.exact or (), strict=True))
     free = [writer.coordinate(c) for c, _ in pairs if c.name in point.free]
     rows = [writer.row(writer.coordinate(c), e) for c, e in pairs if c.name not in point.free]
     laws: list[Formula] = []
