@@ -88,8 +88,7 @@ _DIGITS = 30
 
 #: Configurations at which identities and ranks are checked.
 RANK_POINTS = 3
-#: Distance of a point on closures from the given configuration over that of the one before. Not
-#: tuned.
+#: Distance of a point from the given configuration over that of the one before. Not tuned.
 _CLOSER = mpf(1) / 8
 
 #: Configurations on closures of many coordinates: two distinguish constant from varying numbers.
@@ -364,10 +363,9 @@ def _violated(chart: Chart, closure_numbers: Sequence[int]) -> dict[int, SampleP
 def _drawn(
     geometry: Geometry, sampler: Sampler, restricting: Sequence[int], wanted: int | None = None
 ) -> list[SamplePoint]:
-    """Draw feasible points, on closures each closer to the given configuration if some are there.
+    """Draw feasible points, on closures each closer to the given configuration if one is there.
 
-    A linkage may have branches of another rank nearby: the closest point is on the branch of the
-    given configuration, the first shows what holds farther away.
+    A linkage may have branches of another rank: the closest point is on that of the start.
     """
     wanted = wanted or (_FEWEST_POINTS if sampler.many else RANK_POINTS)
     points: list[SamplePoint] = []
@@ -375,9 +373,8 @@ def _drawn(
         closer = sampler.draw(width=_CLOSER ** len(points)) if restricting and points else None
         point = closer or sampler.draw()
         if point is None:
-            elimination, reference = geometry.elimination, geometry.reference
             raise diagnose_no_configuration(
-                geometry.names, elimination, restricting, sampler, reference
+                geometry.names, geometry.elimination, restricting, sampler, geometry.reference
             )
         points.append(point)
     return points
