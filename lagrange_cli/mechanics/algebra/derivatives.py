@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms, term_count
 from lagrange_cli.mechanics.free_symbols import (
     arguments_of,
     is_unknown,
@@ -27,6 +27,10 @@ _ONE = sp.Integer(1)
 
 #: The default budget of :class:`Kinematics`. Not tuned.
 POSITION_TERMS = 200
+
+#: Most terms of second derivatives of a term. The height of a disk about a slanted axis on a
+#: slanted plane is a root of a long sum: it would have 1e5, which take minutes.
+_CURVATURE_TERMS = 2_000
 
 
 #: Most derivatives that are kept, so that common parts of expressions are differentiated once.
@@ -153,10 +157,26 @@ class Kinematics:
     def _gradient(self, term: sp.Expr) -> dict[sp.Symbol, list[sp.Expr]]:
         """Differentiate a term: symbol → terms of ∂term/∂q or ∂term/∂t, zero ones absent."""
         if term not in self._gradients:
-            self._gradients[term] = {
-                s: self._parts(derivative(term, s)) for s in self._variables(term)
-            }
+            derivatives = {s: derivative(term, s) for s in self._variables(term)}
+            gradient = {s: self._parts(e) for s, e in derivatives.items()}
+            if self._is_long(gradient):
+                gradient = {s: _summands(e) for s, e in derivatives.items()}
+            self._gradients[term] = gradient
         return self._gradients[term]
+
+    def _is_long(self, gradient: Mapping[sp.Symbol, list[sp.Expr]]) -> bool:
+        """Tell whether the parts of a gradient have too many terms in their derivatives."""
+        parts = max(gradient.values(), key=len, default=[])
+        if len(parts) < 2:
+            return False
+        slopes = (derivative(parts[0], s) for s in self._variables(parts[0]))
+        number = sum(map(len, gradient.values()))
+        return number * sum(map(term_count, slopes)) > _CURVATURE_TERMS
+
+    def _parts(self, expr: sp.Expr) -> list[sp.Expr]:
+        if expr == 0:
+            return []
+        return expand_terms(expr, self._budget) or _summands(expr)
 
     def _variables(self, term: sp.Expr) -> list[sp.Symbol]:
         present = symbols_in(term)
@@ -199,7 +219,6 @@ class Kinematics:
     def _rate(self, symbol: sp.Symbol) -> sp.Expr:
         return sp.Integer(1) if symbol == self._t else self._v[symbol]
 
-    def _parts(self, expr: sp.Expr) -> list[sp.Expr]:
-        if expr == 0:
-            return []
-        return expand_terms(expr, self._budget) or list(sp.Add.make_args(expr))
+
+def _summands(expr: sp.Expr) -> list[sp.Expr]:
+    return [] if expr == 0 else list(sp.Add.make_args(expr))

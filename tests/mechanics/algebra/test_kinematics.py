@@ -1,0 +1,41 @@
+"""Slopes of positions stay short where their own slopes would be multiplied out to many terms."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from lagrange_cli.mechanics.algebra.derivatives import Kinematics
+
+x, y, z, u, v, w, t = sp.symbols("x y z u v w t")
+HEIGHT = sp.Symbol("h")
+
+
+def parts(position: sp.Expr) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    kinematics = Kinematics({HEIGHT: position}, [x, y, z], [u, v, w], t)
+    slopes = [part for row in kinematics.jacobian(HEIGHT).values() for part in row]
+    return slopes, kinematics.convective(HEIGHT)
+
+
+def convective(position: sp.Expr) -> sp.Expr:
+    rates = {x: u, y: v, z: w}
+    return sum(sp.diff(position, a, b) * rates[a] * rates[b] for a in rates for b in rates)
+
+
+def test_a_root_of_a_long_square_is_differentiated_as_it_stands() -> None:
+    cosine = sp.sin(x) * (1 + sp.cos(y) + sp.sin(z)) + sp.cos(x) * (
+        sp.sin(y) * sp.cos(z) - sp.sin(z)
+    )
+    cosine += sp.cos(x) * sp.sin(z) * (sp.sin(y) + sp.cos(y)) - sp.sin(x + y + z)
+    position = sp.sqrt(9 - cosine**2)
+    slopes, bends = parts(position)
+    assert len(slopes) == 3
+    assert len(bends) < 30
+    at = {x: 0.3, y: -0.7, z: 1.1, u: 0.4, v: 0.5, w: -0.2}
+    exact = convective(position).subs(at).evalf(30)
+    assert abs(sum(part.subs(at).evalf(30) for part in bends) - exact) < 1e-12
+
+
+def test_short_positions_are_multiplied_out() -> None:
+    slopes, bends = parts((1 + sp.cos(x)) * sp.sin(y))
+    assert len(slopes) == 3
+    assert all(not part.is_Add for part in (*slopes, *bends))
