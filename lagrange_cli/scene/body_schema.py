@@ -112,6 +112,12 @@ _JOINTS = (
     ("weld", list_of(text_of("A frame or body"), "Two of them", 2), "Two frames coincide"),
 )
 
+_ROUND: dict[str, Schema] = {
+    "point": either(text_of("A point"), _VECTOR),
+    "inside": {"type": "boolean", "description": "True if bodies touch it from inside"},
+    "on": text_of("The frame that it is fixed in; space without it"),
+}
+
 _SURFACE = {
     "radius": expression_of("Radius of the disk or sphere"),
     "axis": {**_DIRECTION, "description": "Axis of a disk in its body; without it, a sphere"},
@@ -126,12 +132,22 @@ _SURFACE = {
             },
             ["normal"],
         ),
+        mapping_of("A sphere", {"sphere": expression_of("Its radius"), **_ROUND}, ["sphere"]),
+        mapping_of(
+            "A cylinder",
+            {
+                "cylinder": expression_of("Its radius"),
+                "axis": {**_DIRECTION, "description": "Its axis, in space"},
+                **_ROUND,
+            },
+            ["cylinder"],
+        ),
     ),
 }
 
 _ON_SURFACES = {
-    "touch": "The lowest point of a disk or sphere stays on a plane",
-    "roll": "A disk or sphere rolls on a plane without slip",
+    "touch": "The nearest point of a disk or sphere stays on a surface",
+    "roll": "A disk or sphere rolls on a surface without slip",
 }
 
 CONSTRAINT = either(

@@ -23,21 +23,22 @@ class Joint:
     kind
         Its key in the scene.
     parts
-        Names of what is joined; of ``parallel`` each after its direction, of a surface that is no
-        frame its point and its normal.
-    radius
-        Radius of a body that touches a surface; None for other joints.
+        Names of what is joined; of ``parallel`` each after its direction. A body that touches a
+        surface is followed by what the surface is: ``plane``, its point, its normal and its frame;
+        ``sphere`` or ``cylinder``, its side, its radius, its centre, its axis and its frame.
+    radii
+        Radius of a body that touches a surface, and that of the surface; none of other joints.
     positive
         An expression that is above zero where the joint is as it is meant, beside other solutions
         of its equations: the cosine of the turn that is left of a weld, the height of a disk's
         centre over the point that touches. None if there are no others.
     constants
-        The radius, and what directions and planes are given by, which do not move in their frames.
+        Radii, and what directions and surfaces are given by, which do not move in their frames.
     """
 
     kind: JointKind
     parts: tuple[str, ...]
-    radius: Expression | None = None
+    radii: tuple[Expression, ...] = ()
     positive: Expression | None = None
     constants: tuple[Expression, ...] = ()
 
@@ -45,10 +46,14 @@ class Joint:
         """Return what the multiplier of an equation is, by its number and its text.
 
         ``force`` on one part along an axis, the opposite one on the other; ``torque`` between two;
-        ``normal`` force of a plane on a body, or ``friction``.
+        ``normal`` force of a surface on a body, or ``friction``. On a sphere a body that rolls has
+        ``part`` of the force along each gradient, as these are not at right angles.
         """
         if self.kind in ("touch", "roll"):
-            return ("friction" if number else "normal", self.parts[0])
+            body, shape = self.parts[:2]
+            if self.kind == "roll" and shape == "sphere":
+                return ("part", body, shape)
+            return ("friction" if number else "normal", body, shape)
         if self.kind == "parallel":
             return ("torque", self.parts[1], self.parts[3])
         axis, blank = text[:1], text[1:2]

@@ -1,15 +1,22 @@
 """Evaluation of expression trees, written against the tree's definition alone."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from lagrange_cli.scene.language.expression import Add, Call, Mul, Name, Neg, Node, Number, Pow
 
 
-def value(node: Node, names: Mapping[str, Any], exact: bool = False) -> Any:
+def value(
+    node: Node,
+    names: Mapping[str, Any],
+    exact: bool = False,
+    rate: Callable[[Node], Any] | None = None,
+) -> Any:
+    """Evaluate a tree; ``rate`` gives values of ``dot``."""
+
     def of(part: Node) -> Any:
-        return value(part, names, exact)
+        return value(part, names, exact, rate)
 
     match node:
         case Number():
@@ -30,6 +37,8 @@ def value(node: Node, names: Mapping[str, Any], exact: bool = False) -> Any:
             for operator, factor in node.factors:
                 product = product * of(factor) if operator == "*" else product / of(factor)
             return product
+        case Call(function="dot") if rate is not None:
+            return rate(node.arguments[0])
         case Call():
             function = math.hypot if node.function == "norm" else getattr(math, node.function)
             return function(*(of(argument) for argument in node.arguments))

@@ -97,6 +97,36 @@ REFUSALS = {
         36,
         "'a' in constraint 'joint' is not constant",
     ),
+    "a sphere without radius": (
+        "{roll: one, radius: 1, on: {sphere: 0}}",
+        58,
+        "must be positive, found 0",
+    ),
+    "a cylinder without axis": (
+        "{roll: one, radius: 1, on: {cylinder: 3}}",
+        49,
+        "'on' of constraint 'joint' has no 'axis'",
+    ),
+    "a side that is no answer": (
+        "{roll: one, radius: 1, on: {sphere: 3, inside: below}}",
+        69,
+        "expected true or false",
+    ),
+    "a disk in a bowl": (
+        "{roll: one, radius: 1, axis: y, on: {sphere: 3, inside: true}}",
+        51,
+        "a disk touches planes alone",
+    ),
+    "a sphere of the body itself": (
+        "{touch: one, radius: 1, on: {sphere: 3, on: one}}",
+        50,
+        "the sphere of constraint 'joint' is fixed in 'one' itself",
+    ),
+    "a sphere whose radius moves": (
+        "{touch: one, radius: 1, on: {sphere: 3 + t}}",
+        63,
+        "'t' in constraint 'joint' is not constant",
+    ),
     "an unknown helper": ("{glue: [p, far]}", 23, "unknown helper 'glue'"),
 }
 
@@ -153,4 +183,4 @@ def test_joints_hold_equations_of_their_own() -> None:
     (constraint,) = scene.constraints
     assert len(constraint.equations) == 3
     assert constraint.joint is not None
-    assert constraint.joint.parts == ("one", "", "z", "table")
+    assert constraint.joint.parts == ("one", "plane", "", "z", "table")

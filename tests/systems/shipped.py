@@ -28,13 +28,16 @@ SYSTEMS = Path(__file__).parents[2] / "systems"
 JOINTS = {
     name: SYSTEMS / "bodies" / f"{name}.yaml"
     for name in (
+        "ball_in_hole",
         "benchmark_bicycle",
         "bricards_linkage",
         "crank_and_slider",
         "flyball_governor",
         "leaning_disk",
+        "marble_in_bowl",
         "marble_on_turntable",
         "rod_on_two_wires",
+        "roller_in_cylinder",
         "sliding_ladder",
         "yo_yo",
     )

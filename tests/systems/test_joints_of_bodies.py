@@ -164,8 +164,8 @@ def test_the_string_of_a_yo_yo_pulls_less_than_its_weight() -> None:
     m, g, r, moment = sp.symbols("m g r I")
     found = reactions("yo_yo")
     assert sp.simplify(found["string_2"][0] - m * g * moment / (moment + m * r**2)) == 0
-    assert found["string_1"] == (0, ("normal", "yo_yo"))
-    assert found["string_2"][1] == ("friction", "yo_yo")
+    assert found["string_1"] == (0, ("normal", "yo_yo", "plane"))
+    assert found["string_2"][1] == ("friction", "yo_yo", "plane")
 
 
 def test_a_ladder_leaves_the_wall_at_two_thirds_of_its_height() -> None:
@@ -194,3 +194,20 @@ def test_the_pin_of_a_slider_crank_pushes_the_block() -> None:
     for part, letter in letters:
         moved = moved.subs(part, sp.Symbol(letter))
     assert sp.simplify(found["loop_1"][0] - moved) == 0
+
+
+@pytest.mark.slow
+def test_a_golf_ball_comes_up_again_and_its_wall_carries_it() -> None:
+    """Gualtieri and others 2006: up and down with √(2/7) Ω, held by friction alone."""
+    run = derivation("ball_in_hole").simulate()
+    assert run.status == "ok"
+    rate, g = 30.0, 9.81
+    exact = -5 * g / (2 * rate**2) * (1 - math.cos(math.sqrt(2 / 7) * rate * 0.3))
+    assert run.state["z"] == pytest.approx(exact, abs=1e-9)
+    found = reactions("ball_in_hole")
+    assert {role for _, role in found.values()} == {("friction", "ball", "cylinder")}
+
+
+def test_a_marble_in_a_bowl_has_parts_of_one_force() -> None:
+    found = reactions("marble_in_bowl")
+    assert {role for _, role in found.values()} == {("part", "ball", "sphere")}

@@ -25,6 +25,7 @@ from lagrange_cli.mechanics.algebra.identities import (
     Weights,
     shorten_trigonometric,
 )
+from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 
 _ZERO = sp.Integer(0)
 _ONE = sp.Integer(1)
@@ -262,6 +263,15 @@ def collected_terms(terms: Iterable[sp.Expr]) -> list[sp.Expr]:
     total = TermSum()
     total.add_all(e for e in terms if e != 0)
     return total.collected()
+
+
+def fewest_terms(expr: sp.Expr, budget: int) -> list[sp.Expr] | None:
+    """Multiply an expression out, and collect its terms if that leaves fewer, as sin² + cos² does.
+
+    None if more than ``budget`` terms would result.
+    """
+    terms = expand_terms(expr, budget)
+    return None if terms is None else min(terms, collected_terms(terms), key=len)
 
 
 def trig_factors(trig: TrigMonomial) -> list[sp.Expr]:

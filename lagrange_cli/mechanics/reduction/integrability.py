@@ -19,8 +19,8 @@ import sympy as sp
 from mpmath import mpf
 from sympy.integrals.manualintegrate import manualintegrate
 
+from lagrange_cli.mechanics.algebra.collect import fewest_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.numerics.rank import RANK_TOLERANCE, Matrix, SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import to_double
@@ -76,7 +76,7 @@ def integrate_form(form: PfaffianForm, points: Sequence[SymbolValues]) -> sp.Exp
 
 
 def _antiderivative(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr | None:
-    terms = expand_terms(expr, _TERM_BUDGET)
+    terms = fewest_terms(expr, _TERM_BUDGET)
     if terms is None:
         return None
     # Positive symbols avoid case distinctions; other signs are checked later.

@@ -68,6 +68,7 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
     from_start,
     independent_constraints,
     integrate_constraints,
+    shortened,
 )
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import (
@@ -78,9 +79,10 @@ from lagrange_cli.mechanics.symbols.values import (
     require_possible_inertia,
 )
 from lagrange_cli.mechanics.system import tagged
+from lagrange_cli.scene.bodies import ComposedExpression
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.declared_numbers import DeclaredParameter
-from lagrange_cli.scene.language.expression import Equation
+from lagrange_cli.scene.language.expression import Equation, Expression
 from lagrange_cli.scene.model import Scene
 
 #: Decimal digits of the numbers that tests of identity and rank work with.
@@ -254,14 +256,12 @@ def _holds_rate(names: Names, written: _Written) -> bool:
 
 
 def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[VelocityConstraint]:
-    convert = reduced.names.convert
+    def side(expression: Expression) -> sp.Expr:
+        resolved = reduced.resolve(reduced.names.convert(expression, reduced.rate))
+        return shortened(resolved) if isinstance(expression, ComposedExpression) else resolved
+
     return [
-        VelocityConstraint(
-            name,
-            equation,
-            reduced.resolve(convert(equation.left, reduced.rate)),
-            reduced.resolve(convert(equation.right, reduced.rate)),
-        )
+        VelocityConstraint(name, equation, side(equation.left), side(equation.right))
         for name, equation in equations
     ]
 

@@ -13,7 +13,9 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InconsistentError, InputError, Problem
+from lagrange_cli.mechanics.algebra.collect import fewest_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.polynomials import term_count
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.solve_equation import factor_branches
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -37,6 +39,16 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import contradict, leave_out
 from lagrange_cli.mechanics.system import Coordinate
 from lagrange_cli.scene.language.expression import Equation
+
+#: Most terms that a side of a constraint is multiplied out to, to see which cancel. A ball on a
+#: sphere or a cylinder has fewer.
+_TERM_BUDGET = 200
+
+
+def shortened(side: sp.Expr) -> sp.Expr:
+    """Return a side of a constraint, which nobody wrote, with fewer terms if some cancel."""
+    terms = fewest_terms(side, _TERM_BUDGET)
+    return side if terms is None or len(terms) >= term_count(side) else sp.Add(*terms)
 
 
 @dataclass(frozen=True)

@@ -246,9 +246,10 @@ def require_positive_radii(scene: Scene, values: ParameterValues) -> None:
         Located at the radius.
     """
     for constraint in scene.constraints:
-        radius = None if constraint.joint is None else constraint.joint.radius
-        value = None if radius is None else values.number(radius)
-        if radius is not None and value is not None and not value.is_positive:
+        for radius in () if constraint.joint is None else constraint.joint.radii:
+            value = values.number(radius)
+            if value is None or value.is_positive:
+                continue
             raise InputError(
                 Problem(
                     f"the radius in constraint '{constraint.name}' must be positive,"

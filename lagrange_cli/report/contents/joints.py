@@ -45,20 +45,48 @@ def joint_statement(joint: Sequence[str]) -> Written:
             first=_direction_of(first, second),
             second=_direction_of(direction, frame),
         )
-    plane = _plane_of(parts[1:])
+    shape, *surface = parts[1:]
+    if shape != "plane":
+        return _on_round(kind, first, shape, surface)
+    plane = _plane_of(surface)
     if kind == "touch":
         return say("{body} touches the plane {plane}", body=first, plane=plane)
     return say("{body} rolls without slip on the plane {plane}", body=first, plane=plane)
+
+
+def _on_round(kind: str, body: Plain, shape: str, parts: Sequence[str]) -> Written:
+    """Say on which side of a sphere or cylinder a body is, and where that stands."""
+    side, radius, point, axis, frame = parts
+    words: dict[str, Written] = {"body": body, "radius": Plain(radius)}
+    words["side"] = say("from inside") if side == "inside" else say("from outside")
+    if shape == "sphere":
+        words["point"] = _direction_of(Plain(point or "(0, 0, 0)"), Plain(frame))
+        if kind == "touch":
+            return say("{body} touches the sphere of radius {radius} about {point} {side}", **words)
+        return say(
+            "{body} rolls without slip on the sphere of radius {radius} about {point} {side}",
+            **words,
+        )
+    words["axis"] = _direction_of(Plain(axis), Plain(frame))
+    if point:
+        through = say("through {point}", point=Plain(point))
+        words["axis"] = Listed((words["axis"], through), between=" ")
+    if kind == "touch":
+        return say("{body} touches the cylinder of radius {radius} about {axis} {side}", **words)
+    return say(
+        "{body} rolls without slip on the cylinder of radius {radius} about {axis} {side}", **words
+    )
 
 
 def reaction_of_joint(role: Sequence[str]) -> Written:
     """Say what the multiplier of one of a joint's equations is."""
     kind, first, *further = role
     body = Plain(first)
-    if kind == "normal":
-        return say("force of the plane on {body} along its normal", body=body)
-    if kind == "friction":
-        return say("friction on {body} along the plane", body=body)
+    if kind == "part":
+        return say("part of the force of the surface on {body}", body=body)
+    if kind in ("normal", "friction"):
+        is_plane = further == ["plane"]
+        return _force_of_plane(kind, body) if is_plane else _force_of_surface(kind, body)
     if kind == "torque":
         ends = [Plain(part) for part in (first, *further) if part]
         if len(ends) == 1:
@@ -71,6 +99,18 @@ def reaction_of_joint(role: Sequence[str]) -> Written:
         axis=Inline(symbol(axis)),
         second=Plain(second),
     )
+
+
+def _force_of_plane(kind: str, body: Plain) -> Written:
+    if kind == "normal":
+        return say("force of the plane on {body} along its normal", body=body)
+    return say("friction on {body} along the plane", body=body)
+
+
+def _force_of_surface(kind: str, body: Plain) -> Written:
+    if kind == "normal":
+        return say("force of the surface on {body} along its normal", body=body)
+    return say("friction on {body} along the surface", body=body)
 
 
 def _direction_of(direction: Plain, frame: Plain) -> Written:

@@ -22,7 +22,7 @@ from lagrange_cli.scene.reading.helpers import (
 )
 from lagrange_cli.scene.reading.interactions import damper, drag, unknown_helper
 from lagrange_cli.scene.reading.joints import parallel, pin, weld
-from lagrange_cli.scene.reading.rolling import roll, touch
+from lagrange_cli.scene.reading.rolling.contacts import roll, touch
 from lagrange_cli.scene.reading.source import Mapping, Scalar, Sequence, SourceNode
 from lagrange_cli.scene.reading.turns import across_plane
 
