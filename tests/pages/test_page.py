@@ -64,6 +64,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "dc_motor_pendulum": "actuators/dc_motor_pendulum",
             "bouncing_ball": "contact/bouncing_ball",
             "slack_rope": "contact/slack_rope",
+            "rolling_disk": "rolling/rolling_disk",
             "seismometer": "oscillators/seismometer",
         }.items()
     }
@@ -76,7 +77,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
     "name",
     [
         *("double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"),
-        *("dc_motor_pendulum", "bouncing_ball", "slack_rope", "seismometer"),
+        *("dc_motor_pendulum", "bouncing_ball", "slack_rope", "rolling_disk", "seismometer"),
     ],
 )
 def test_a_page_moves_as_the_simulation_does(pages, name):

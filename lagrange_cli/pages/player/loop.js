@@ -87,13 +87,11 @@ function fitCamera() {
     const number = simulatedTimes.indexOf(sampled[k]);
     return stage.reach(t, simulatedColumns.map((column) => column[number]), usual.p);
   });
-  const round = stage.stage.wheels.flatMap((wheel) => {
-    const places = stage.places(span[0], usual.y, usual.p);
-    return stage.wheel(wheel, places, span[0], usual.y, usual.p)[0];
-  });
+  const atStart = stage.scene(span[0], usual.y, usual.p);
+  const round = stage.stage.wheels.flatMap((wheel) => stage.wheel(wheel, atStart)[0]);
   const places = [...seen, ...round].filter((place) => place.every(Number.isFinite));
   camera.fit(places, painters.drawing.width, painters.drawing.height);
-  const start = stage.places(span[0], usual.y, usual.p).map((place) => camera.pixel(place));
+  const start = atStart.places.map((place) => camera.pixel(place));
   stage.turns = data.stage.links.map(({ kind, ends: [a, b] }) => {
     const length = Math.hypot(start[a][0] - start[b][0], start[a][1] - start[b][1]);
     return kind === 'spring' && data.stage.links.length <= 40
