@@ -22,7 +22,7 @@ from lagrange_cli.errors import InputError, InternalError, LagrangeError, Proble
 from lagrange_cli.version import __version__
 
 #: The subcommands, in the order in which help lists them, and what it says of each. Each is a
-#: function in a module of its name, or of the name in ``_MODULES``.
+#: function in a module of its name; :data:`_FUNCTIONS` and :data:`_MODULES` have the others.
 COMMANDS = {
     "derive": "Degrees of freedom, Lagrangian and equations of motion.",
     "emit": "Code, a document or a sketch: LaTeX, Typst, C, Python, TikZ, SVG.",
@@ -38,12 +38,16 @@ COMMANDS = {
     "new": "A commented scene to begin with.",
     "import": "A scene from the description of a robot: URDF, MJCF.",
     "schema": "JSON Schema of scenes, for editors.",
+    "lsp": "A language server for editors.",
     "config": "Defaults of options that hold here, and their file.",
     "cache": "The results kept from earlier runs, shown or removed.",
 }
 
-#: Modules of the subcommands whose name is a word of Python.
-_MODULES = {"import": "import_robot"}
+#: Subcommand → its function, whose name is another where that of the command is a word of Python.
+_FUNCTIONS = {"import": "import_robot"}
+
+#: Function of a subcommand → its module, where that has another name.
+_MODULES = {"lsp": "editors", "schema": "editors"}
 
 _REPORT = (
     "this is a defect of lagrange and not of your scene; please report it with the\n"
@@ -83,8 +87,9 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        module = _MODULES.get(cmd_name, cmd_name)
-        command = getattr(import_module(f"lagrange_cli.cli.commands.{module}"), module)
+        function = _FUNCTIONS.get(cmd_name, cmd_name)
+        module = _MODULES.get(function, function)
+        command = getattr(import_module(f"lagrange_cli.cli.commands.{module}"), function)
         assert isinstance(command, click.Command)
         command.short_help = COMMANDS[cmd_name]
         return command

@@ -12,12 +12,14 @@ from lagrange_cli.scene.schema_parts import (
     list_of,
     mapping_of,
     one_of,
+    reference_to,
     text_of,
+    words_of,
 )
 
 _VECTOR = list_of(expression_of("A component"), "Components along the axes", 3)
 
-_STANDS_ON = text_of("The frame or body that it stands on; space without it")
+_STANDS_ON = reference_to("The frame or body that it stands on; space without it")
 
 _ABOUT = {axis: expression_of(f"Angle about {axis}") for axis in ("x", "y", "z")}
 
@@ -90,7 +92,7 @@ POINT = either(
     ),
 )
 
-_NOTATION = {"latex": LATEX, "multiplier": text_of("Symbol of its multiplier in LaTeX")}
+_NOTATION = {"latex": LATEX, "multiplier": words_of("Symbol of its multiplier in LaTeX")}
 _RELATION = text_of("An equation =, or an inequality >= or <= between positions")
 _RELATIONS = either(_RELATION, list_of(_RELATION, "Several at once"))
 
@@ -100,7 +102,7 @@ _DIRECTION_OF_BODY = either(
     _DIRECTION,
     {
         "type": "array",
-        "items": [_DIRECTION, text_of("The frame or body that it is fixed in")],
+        "items": [_DIRECTION, reference_to("The frame or body that it is fixed in")],
         "minItems": 2,
         "maxItems": 2,
     },
@@ -109,7 +111,7 @@ _DIRECTION_OF_BODY = either(
 _JOINTS = (
     ("pin", PAIR, "Two particles or points coincide"),
     ("parallel", list_of(_DIRECTION_OF_BODY, "Two directions", 2), "Two directions are parallel"),
-    ("weld", list_of(text_of("A frame or body"), "Two of them", 2), "Two frames coincide"),
+    ("weld", list_of(reference_to("A frame or body"), "Two of them", 2), "Two frames coincide"),
 )
 
 _ROUND: dict[str, Schema] = {
@@ -122,13 +124,13 @@ _SURFACE = {
     "radius": expression_of("Radius of the disk or sphere"),
     "axis": {**_DIRECTION, "description": "Axis of a disk in its body; without it, a sphere"},
     "on": either(
-        text_of("A frame, whose xy plane it is"),
+        reference_to("A frame, whose xy plane it is"),
         mapping_of(
             "A plane",
             {
-                "point": either(text_of("A point"), _VECTOR),
+                "point": either(reference_to("A point"), _VECTOR),
                 "normal": {**_DIRECTION, "description": "Its normal, to the side of the body"},
-                "on": text_of("The frame that it is fixed in; space without it"),
+                "on": reference_to("The frame that it is fixed in; space without it"),
             },
             ["normal"],
         ),

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import Any
 
-from lagrange_cli.errors import LagrangeError
+from lagrange_cli.errors import InputError, LagrangeError, Problem
 from lagrange_cli.files import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.scene.checks.names import check_names
 from lagrange_cli.scene.conditions import ErrorExpectation
@@ -164,8 +164,35 @@ def read_text(
     ``times`` replaces ``until`` and ``start`` of its section ``simulate``, by expressions. For
     the others see :func:`read_file`.
     """
-    root, digest = _root(data, file)
     reading = Reading(file, overrides=parameters or {})
+    scene = _read(data, reading, initial or {})
+    reading.problems.raise_if_any()
+    scene = replace(_with_starts_apart(scene), warnings=reading.problems.warnings)
+    return override_times(scene, times or {})
+
+
+def read_partly(data: bytes | str, file: str) -> tuple[Scene | None, tuple[Problem, ...]]:
+    """Read what can be understood of a scene that is being written, with all its problems.
+
+    Returns
+    -------
+    scene
+        The scene without what is refused; None if the text is no tree, or exceeds a limit.
+    problems
+        Errors and warnings.
+    """
+    reading, scene = Reading(file), None
+    try:
+        scene = _read(data, reading, {})
+        reading.problems.raise_if_any()
+    except InputError as refusal:
+        return scene, (*refusal.problems, *reading.problems.warnings)
+    return scene, reading.problems.warnings
+
+
+def _read(data: bytes | str, reading: Reading, initial: AbstractMapping[str, str]) -> Scene:
+    """Read all sections and check them together; problems are recorded in ``reading``."""
+    root, digest = _root(data, reading.file)
     nodes = _sections(root, reading)
     certain = not reading.problems.errors
     for name, section in SECTIONS.items():
@@ -179,17 +206,15 @@ def read_text(
             if section.declares and reading.problems.limits.intersection(new):
                 # Without what is too large the rest would only look wrong.
                 reading.problems.raise_if_any()
-    scene = _scene(reading, nodes, file, digest)
+    scene = _scene(reading, nodes, reading.file, digest)
     if certain:
         # Names are looked up only where every declaration was understood.
-        scene = override_parameters(scene, parameters or {}, reading.problems)
-        scene = override_initial(scene, initial or {}, reading.problems)
+        scene = override_parameters(scene, reading.overrides, reading.problems)
+        scene = override_initial(scene, initial, reading.problems)
         check_names(scene, reading.problems, reading.helper_parts, reading.index_marks)
         if not reading.problems.errors:
             check_units(scene, reading.problems)
-    reading.problems.raise_if_any()
-    scene = replace(_with_starts_apart(scene), warnings=reading.problems.warnings)
-    return override_times(scene, times or {})
+    return scene
 
 
 def _with_starts_apart(scene: Scene) -> Scene:

@@ -25,7 +25,9 @@ from lagrange_cli.scene.schema_parts import (
     mapping_of,
     named,
     one_of,
+    reference_to,
     text_of,
+    words_of,
 )
 
 #: The draft that editors of YAML read.
@@ -48,8 +50,8 @@ _PARAMETER = either(
 )
 
 _COLUMN = {
-    "file": text_of("The CSV file, in the folder of the scene or below"),
-    "column": text_of("Name of the column with its values"),
+    "file": words_of("The CSV file, in the folder of the scene or below"),
+    "column": words_of("Name of the column with its values"),
 }
 
 _INPUT = either(
@@ -178,9 +180,9 @@ _POTENTIAL = either(
     ),
 )
 
-_ON = text_of("A particle, a point or a coordinate")
+_ON = reference_to("A particle, a point or a coordinate")
 
-_AXES_OF = text_of("Frame or body along whose axes the components are; space without it")
+_AXES_OF = reference_to("Frame or body along whose axes the components are; space without it")
 
 _FORCE = either(
     mapping_of(
@@ -263,7 +265,7 @@ _EXPECT = mapping_of(
         "equilibria": list_of(
             {
                 "type": "object",
-                "properties": {"stability": text_of("stable, unstable, ...")},
+                "properties": {"stability": words_of("stable, unstable, ...")},
                 "additionalProperties": expression_of("Value of the coordinate"),
                 "description": "An equilibrium",
             },
@@ -272,7 +274,7 @@ _EXPECT = mapping_of(
         "frequencies": list_of(expression_of("A number"), "Angular frequencies of the modes"),
         "error": mapping_of(
             "The scene must be refused so",
-            {"kind": text_of("Kind of the refusal"), "contains": text_of("Words of the message")},
+            {"kind": words_of("Kind of the refusal"), "contains": words_of("Words of the message")},
         ),
     },
 )
@@ -287,16 +289,16 @@ _SIMULATE = mapping_of(
         "step": expression_of("Time between samples"),
         "rtol": expression_of("Relative tolerance of a step, with a method"),
         "atol": expression_of("Absolute tolerance of a step, with a method"),
-        "method": text_of("Integration method, as DOP853"),
+        "method": words_of("Integration method, as DOP853"),
         "formulation": {"enum": list(get_args(Formulation)), "description": "Form of equations"},
     },
 )
 
 #: Name of a section → its schema.
 SECTIONS: dict[str, Schema] = {
-    "name": text_of("An identifier, for files and emitted code"),
-    "title": text_of("One line"),
-    "description": text_of("Some lines"),
+    "name": words_of("An identifier, for files and emitted code"),
+    "title": words_of("One line"),
+    "description": words_of("Some lines"),
     "sizes": named(
         {"type": NUMBER_OR_TEXT, "description": "A whole number"},
         "Numbers of elements of families",

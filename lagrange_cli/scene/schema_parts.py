@@ -11,8 +11,25 @@ Schema: TypeAlias = dict[str, Any]
 NUMBER_OR_TEXT = ["number", "string"]
 
 
+class WordSchema(dict[str, Any]):
+    """The schema of a text in which no name of the scene stands."""
+
+
+class ReferenceSchema(dict[str, Any]):
+    """The schema of a text that is the name of a particle, a body, a frame, a point or the like."""
+
+
 def text_of(description: str) -> Schema:
+    """Return the schema of a text, of an equation or of names."""
     return {"type": "string", "description": description}
+
+
+def words_of(description: str) -> Schema:
+    return WordSchema(text_of(description))
+
+
+def reference_to(description: str) -> Schema:
+    return ReferenceSchema(text_of(description))
 
 
 def expression_of(description: str) -> Schema:
@@ -51,9 +68,9 @@ def either(*kinds: Schema) -> Schema:
     return {"anyOf": list(kinds)}
 
 
-LATEX = text_of(r"Symbol in LaTeX: letters, digits, scripts, macros as \omega_{0}")
-UNIT = text_of("Unit, as kg m^2/s; checked")
-DESCRIPTION = text_of("Words that are printed beside it")
+LATEX = words_of(r"Symbol in LaTeX: letters, digits, scripts, macros as \omega_{0}")
+UNIT = words_of("Unit, as kg m^2/s; checked")
+DESCRIPTION = words_of("Words that are printed beside it")
 POSITIVE = {"type": "boolean", "description": "It stays above zero"}
 POSITION = list_of(expression_of("A component, or a new name for it"), "Position x, y, z", 3)
-PAIR = list_of(text_of("A particle, a point or origin"), "Two bodies, [A, B]", 2)
+PAIR = list_of(reference_to("A particle, a point or origin"), "Two bodies, [A, B]", 2)

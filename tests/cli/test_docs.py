@@ -15,7 +15,7 @@ PAGE = (Path(__file__).resolve().parents[2] / "docs" / "command-line.md").read_t
 )
 SECTIONS = re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:]
 COMMON = SECTIONS[0]
-WITHOUT_SCENE = ("cache", "config", "fmt", "import", "new", "schema")
+WITHOUT_SCENE = ("cache", "config", "fmt", "import", "lsp", "new", "schema")
 OF_SCENES = [name for name in COMMANDS if name not in WITHOUT_SCENE]
 
 

@@ -120,6 +120,19 @@ def compose(text: str, file: str) -> SourceNode:
         The text is not YAML, is empty, holds more than one document, exceeds a limit, or holds
         tags, merge keys, null values, infinities or duplicate keys, which scenes do without.
     """
+    root, problems = compose_partly(text, file)
+    problems.raise_if_any()
+    return root
+
+
+def compose_partly(text: str, file: str) -> tuple[SourceNode, Problems]:
+    """Compose a document in which entries may be wrong; return their problems beside its tree.
+
+    Raises
+    ------
+    InputError
+        The text is not YAML, is empty, holds more than one document, or exceeds a limit.
+    """
     bad = _FORBIDDEN.search(text)
     if bad:
         what = "this is a binary file" if bad.group() == "\0" else "this is not plain text"
@@ -129,7 +142,8 @@ def compose(text: str, file: str) -> SourceNode:
             "a scene is a YAML file in UTF-8",
             rule="not-text",
         )
-    return _Composer(text, file).compose()
+    composer = _Composer(text, file)
+    return composer.compose(), composer.problems
 
 
 def _refusal(message: str, mark: Mark, hint: str = "", rule: str = "yaml") -> InputError:
@@ -202,7 +216,6 @@ class _Composer:
                 "a scene is a YAML mapping of sections such as 'particles' and 'potentials'",
                 rule="empty",
             )
-        self.problems.raise_if_any()
         return self.root
 
     def _event(self, event: Any) -> None:

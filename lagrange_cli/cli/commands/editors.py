@@ -1,6 +1,11 @@
-"""``lagrange schema``: JSON Schema of the scene language, for editors, and of reports."""
+"""``lagrange schema`` and ``lagrange lsp``, for editors.
+
+The first prints the JSON Schema of the scene language, or of reports; the second serves an editor.
+"""
 
 from __future__ import annotations
+
+import importlib.util
 
 import click
 
@@ -8,6 +13,8 @@ from lagrange_cli.api import REPORTS, report_schema, scene_schema
 from lagrange_cli.cli import options
 from lagrange_cli.cli.terminal.command import Command
 from lagrange_cli.cli.terminal.output import print_text
+from lagrange_cli.cli.terminal.streams import results
+from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import write_file
 from lagrange_cli.report.tables import json_text
 
@@ -38,3 +45,21 @@ def schema(report: str | None, output: str | None) -> None:
         print_text(text, "json")
     else:
         write_file(output, text)
+
+
+@click.command(cls=Command)
+@options.traceback
+def lsp() -> None:
+    """Serve an editor over standard streams, by the language server protocol.
+
+    Editors start it by themselves; docs/editors.md says how each is told to.
+    """
+    if importlib.util.find_spec("pygls") is None:
+        hint = "pip install 'lagrange-cli[lsp]'"
+        raise InputError(Problem("the language server needs pygls", hint=hint, rule="extra"))
+    from lagrange_cli.editors.server import serve
+
+    stream = results()
+    if stream is None:
+        raise InputError(Problem("standard output is closed", rule="stream"))
+    serve(stream.buffer)
