@@ -115,9 +115,9 @@ _JOINTS = (
 )
 
 _ROUND: dict[str, Schema] = {
-    "point": either(text_of("A point"), _VECTOR),
+    "point": either(reference_to("A point"), _VECTOR),
     "inside": {"type": "boolean", "description": "True if bodies touch it from inside"},
-    "on": text_of("The frame that it is fixed in; space without it"),
+    "on": reference_to("The frame that it is fixed in; space without it"),
 }
 
 _SURFACE = {
