@@ -44,6 +44,21 @@ class Turn:
     reverse: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class QuaternionTurn:
+    """A turn to any orientation, by a quaternion of length 1.
+
+    Attributes
+    ----------
+    parts
+        Four names of coordinates, that of the scalar first.
+    """
+
+    parts: tuple[Expression, ...]
+
+
+AnyTurn: TypeAlias = Turn | QuaternionTurn
+
 ShapeKind: TypeAlias = Literal["rod", "disk", "sphere", "cylinder", "box"]
 
 
@@ -98,7 +113,8 @@ class Frame:
     step
         Its origin from that of the parent, along the axes of space.
     motions
-        Displacements of its origin along the axes of the parent, then its turns in order.
+        Displacements of its origin along the axes of the parent, then its turns in order but for
+        those by quaternions.
     """
 
     name: str
@@ -143,7 +159,7 @@ class Body(Particle):
     base: str | None = None
     centre: Vector | None = None
     shape: Shape | None = None
-    turns: tuple[Turn, ...]
+    turns: tuple[AnyTurn, ...]
     frame: Frame
     rotation: tuple[Expression, ...]
     spin: Vector

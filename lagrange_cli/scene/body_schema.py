@@ -24,8 +24,15 @@ _STANDS_ON = reference_to("The frame or body that it stands on; space without it
 _ABOUT = {axis: expression_of(f"Angle about {axis}") for axis in ("x", "y", "z")}
 
 _TURN = mapping_of(
-    "A turn about an axis",
-    {**_ABOUT, "axis": _VECTOR, "angle": expression_of("Angle about 'axis'")},
+    "A turn about an axis, or by a quaternion",
+    {
+        **_ABOUT,
+        "axis": _VECTOR,
+        "angle": expression_of("Angle about 'axis'"),
+        "quaternion": list_of(
+            text_of("A coordinate"), "A quaternion of length 1, its scalar first", 4
+        ),
+    },
 )
 
 _PLACED: dict[str, Schema] = {

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.scene.language.expression import Expression
 
-JointKind: TypeAlias = Literal["pin", "parallel", "weld", "touch", "roll"]
+JointKind: TypeAlias = Literal["pin", "parallel", "weld", "touch", "roll", "unit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,8 @@ class Joint:
     parts
         Names of what is joined; of ``parallel`` each after its direction. A body that touches a
         surface is followed by what the surface is: ``plane``, its point, its normal and its frame;
-        ``sphere`` or ``cylinder``, its side, its radius, its centre, its axis and its frame.
+        ``sphere`` or ``cylinder``, its side, its radius, its centre, its axis and its frame. Of
+        ``unit`` the frame that turns by a quaternion.
     radii
         Radius of a body that touches a surface, and that of the surface; none of other joints.
     positive
@@ -34,6 +35,8 @@ class Joint:
         centre over the point that touches. None if there are no others.
     constants
         Radii, and what directions and surfaces are given by, which do not move in their frames.
+    quaternions
+        Parts of the quaternions that ``unit`` keeps at length 1.
     """
 
     kind: JointKind
@@ -41,6 +44,7 @@ class Joint:
     radii: tuple[Expression, ...] = ()
     positive: Expression | None = None
     constants: tuple[Expression, ...] = ()
+    quaternions: tuple[Expression, ...] = ()
 
     def role(self, number: int, text: str) -> tuple[str, ...]:
         """Return what the multiplier of an equation is, by its number and its text.
@@ -48,7 +52,10 @@ class Joint:
         ``force`` on one part along an axis, the opposite one on the other; ``torque`` between two;
         ``normal`` force of a surface on a body, or ``friction``. On a sphere a body that rolls has
         ``part`` of the force along each gradient, as these are not at right angles.
+        ``unit`` is no force.
         """
+        if self.kind == "unit":
+            return (self.kind, self.parts[0])
         if self.kind in ("touch", "roll"):
             body, shape = self.parts[:2]
             if self.kind == "roll" and shape == "sphere":

@@ -160,6 +160,11 @@ class Constraint:
     notation: ConstraintNotation = ConstraintNotation()
     joint: Joint | None = None
 
+    @property
+    def keeps_length(self) -> bool:
+        """True if it keeps quaternions at length 1: no force does so, and it restricts nothing."""
+        return self.joint is not None and self.joint.kind == "unit"
+
 
 @dataclass(frozen=True, slots=True)
 class Unilateral:

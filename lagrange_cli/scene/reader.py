@@ -292,6 +292,7 @@ def _scene(reading: Reading, nodes: dict[str, SourceNode], file: str, digest: st
         frames.compose(frames_read, reading)
         for section, implied in (
             ("definitions", frames_read.definitions),
+            ("constraints", frames_read.constraints),
             ("kinetic", frames_read.kinetic),
         ):
             values[section] = (*values.get(section, ()), *implied)

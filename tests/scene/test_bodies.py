@@ -59,7 +59,31 @@ REFUSALS = {
         (3, 23),
         "this axis has no length",
     ),
-    "a quaternion": (TOP % "{quaternion: [a, b, c, a]}", (3, 15), "by a quaternion"),
+    "a quaternion of three names": (
+        TOP % "{quaternion: [a, b, c, a]}",
+        (3, 28),
+        "expected a list of four coordinates",
+    ),
+    "a quaternion that stays": (
+        TOP % "{quaternion: [1, 0, 0, 0]}",
+        (3, 28),
+        "expected a list of four coordinates",
+    ),
+    "an unknown name in a quaternion": (
+        TOP % "{quaternion: [a, b, c, d]}",
+        (3, 38),
+        "'d' in the quaternion of 'top' is no coordinate",
+    ),
+    "a parameter in a quaternion": (
+        TOP % "{quaternion: [a, b, c, A]}",
+        (3, 38),
+        "'A' in the quaternion of 'top' is no coordinate",
+    ),
+    "a quaternion in a plane": (
+        ROD.replace("turn: theta", "turn: {quaternion: [a, b, c, d]}") % "inertia: 1",
+        (4, 15),
+        "leaves the plane",
+    ),
     "a rate in a turn": (TOP % "{z: dot(a)}", (3, 3), "dot(...) cannot stand in the turns of body"),
     "an unknown name": (TOP % "{z: d}", (3, 19), "unknown name 'd' in body 'top'"),
     "an unknown frame": (CHAIN % "on: base", (2, 13), "unknown frame or body 'base'"),

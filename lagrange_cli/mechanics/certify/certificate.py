@@ -340,15 +340,19 @@ def _compared(
     constraint = closures.forces(point)
     mismatch = _NONE
     residuals = []
+    inertias = [[x * point[tapes.a[k]] for k, x in row.items() if x] for row in mass]
+    derived = [sum(terms, -force) for terms, force in zip(inertias, forcing, strict=True)]
+    lacking = [ours - theirs for ours, (theirs, _) in zip(derived, newton, strict=True)]
+    gradients = closures.gradients(point)
+    lacking = closures.without_lengths(lacking, gradients)
     for j in range(n):
-        inertia = [x * point[tapes.a[k]] for k, x in mass[j].items() if x]
-        ours = sum(inertia, -forcing[j])
+        ours, inertia = derived[j], inertias[j]
         lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
         size = sum(map(abs, constraint[j]), scale)
         residuals.append((to_mpf(ours - sum(constraint[j])), to_mpf(size)))
         scale += newton[j][1]
-        difference = max(abs(ours - newton[j][0]), abs(ours - lagrange))
+        difference = max(abs(lacking[j]), abs(ours - lagrange))
         mismatch = max(mismatch, difference / scale if scale else difference)
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
         if abs(reported - declared) > least:
@@ -366,7 +370,7 @@ def _compared(
         vanishes,
         residuals,
         (to_mpf(energy), to_mpf(terms)),
-        _doubles(closures.gradients(point)),
+        _doubles(gradients),
         _beyond(mass),
     )
 

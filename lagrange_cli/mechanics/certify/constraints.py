@@ -38,6 +38,8 @@ class ClosureCheck:
         self.derived = DerivedClosures(self.closures, tapes.moving)
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
+        lengths = {c.name for c in derivation.reduced.scene.constraints if c.keeps_length}
+        self._of_lengths = [k for k, c in enumerate(self.closures) if c.name in lengths]
 
     def draw(self, point: SamplePoint, sampler: Sampler) -> SamplePoint:
         """The point with velocities that satisfy the closures, and random multipliers."""
@@ -91,6 +93,24 @@ class ClosureCheck:
         slopes = run.partials(number)
         return {j - first: x for j, x in slopes.items() if first <= j < first + n}
 
+    def without_lengths(
+        self, residual: Sequence[Decimal], gradients: Sequence[DecimalRow]
+    ) -> list[Decimal]:
+        """Return a residual less its part along the lengths of quaternions.
+
+        No motion has a part along them: L of a rotation has a force there, Newton's law none, and
+        multipliers take up the difference.
+        """
+        across = list(residual)
+        directions: list[list[Decimal]] = []
+        for k in self._of_lengths:
+            direction = [gradients[k].get(j, _ZERO) for j in range(len(across))]
+            for earlier in directions:
+                direction = _across(direction, earlier)
+            directions.append(direction)
+            across = _across(across, direction)
+        return across
+
     def newton_mismatch(
         self,
         seen: Observation,
@@ -121,12 +141,14 @@ class ClosureCheck:
         pushes: list[list[Decimal]] = [[] for _ in newton]
         for j, force in self.gaps.derived.forces(point):
             pushes[j].append(force)
+        differences, scales = [], []
         for j, (lacking, size) in enumerate(newton):
             forces = [x * g[j] for x, g in zip(multipliers, gradients, strict=True) if j in g]
             forces += pushes[j]
-            difference = lacking - sum(forces, _ZERO)
-            worst = max(worst, relative(difference, sum(map(abs, forces), size + sizes[j])))
-        return worst
+            differences.append(lacking - sum(forces, _ZERO))
+            scales.append(sum(map(abs, forces), size + sizes[j]))
+        differences = self.without_lengths(differences, gradients)
+        return max([worst, *map(relative, differences, scales)])
 
     def solved(
         self, point: DecimalValues, mass: Sequence[DecimalRow], forcing: Sequence[Decimal]
@@ -155,3 +177,11 @@ class ClosureCheck:
             return [to_decimal(x) for x in mpmath.lu_solve(matrix, right)]
         except ZeroDivisionError:
             return None
+
+
+def _across(vector: Sequence[Decimal], direction: Sequence[Decimal]) -> list[Decimal]:
+    """Return a vector less its part along a direction."""
+    squared = sum((x * x for x in direction), _ZERO)
+    along = sum((x * y for x, y in zip(vector, direction, strict=True)), _ZERO)
+    part = along / squared if squared else _ZERO
+    return [x - part * y for x, y in zip(vector, direction, strict=True)]

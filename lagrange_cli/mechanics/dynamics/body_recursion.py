@@ -124,9 +124,10 @@ def has_long_chain(reduced: Reduced) -> bool:
 def recursion_of(reduced: Reduced) -> BodyRecursion | None:
     """Return the recursion over the bodies of a scene; None for short chains and beside closures.
 
-    With closures a chain is no longer than its equations are when they are left factored.
+    Quaternions have closures, too. With closures a chain is no longer than its equations are when
+    they are left factored.
     """
-    is_open = not reduced.closures
+    is_open = not reduced.closures and not any(c.keeps_length for c in reduced.scene.constraints)
     return BodyRecursion(reduced) if is_open and has_long_chain(reduced) else None
 
 

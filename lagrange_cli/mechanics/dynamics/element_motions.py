@@ -9,9 +9,9 @@ import sympy as sp
 
 from lagrange_cli.mechanics.depiction import BodyOutline
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.elements.motion import ElementMotion, Turning
+from lagrange_cli.mechanics.elements.motion import ElementMotion, QuaternionParts, Turning
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.scene.bodies import Body, Shape
+from lagrange_cli.scene.bodies import AnyTurn, Body, QuaternionTurn, Shape
 from lagrange_cli.scene.language.expression import Expression
 
 _Triple: TypeAlias = tuple[sp.Expr, sp.Expr, sp.Expr]
@@ -87,17 +87,17 @@ def _turning(reduced: Reduced, body: Body) -> Turning:
         return _value(reduced, expression)
 
     x, y, z = map(placed, body.spin)
-    turns = [
-        (
-            turn.axis if isinstance(turn.axis, str) else tuple(map(placed, turn.axis)),
-            -placed(turn.angle) if turn.reverse else placed(turn.angle),
-        )
-        for turn in body.turns
-    ]
+
+    def turned(turn: AnyTurn) -> tuple[str | tuple[sp.Expr, ...], sp.Expr] | QuaternionParts:
+        if isinstance(turn, QuaternionTurn):
+            return QuaternionParts(tuple(map(placed, turn.parts)))
+        axis = turn.axis if isinstance(turn.axis, str) else tuple(map(placed, turn.axis))
+        return axis, -placed(turn.angle) if turn.reverse else placed(turn.angle)
+
     return Turning(
         rotation=tuple(map(placed, body.rotation)),
         spin=(x, y, z),
         inertia=tuple(placed(moment) for row in body.inertia for moment in row),
         on=body.on,
-        turns=tuple(turns),
+        turns=tuple(map(turned, body.turns)),
     )

@@ -11,6 +11,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class QuaternionParts:
+    """A turn by a quaternion of length 1; its four parts, that of the scalar first."""
+
+    parts: tuple[Expr, ...]
+
+
+@dataclass(frozen=True)
 class Turning:
     """The turning of a rigid body.
 
@@ -25,21 +32,24 @@ class Turning:
     on
         Name of the frame or body that it turns against, None for space.
     turns
-        Axes, ``x``, ``y``, ``z`` or components of a direction, each with the angle about it.
+        Axes, ``x``, ``y``, ``z`` or components of a direction, each with the angle about it; or a
+        quaternion.
     """
 
     rotation: tuple[Expr, ...]
     spin: tuple[Expr, Expr, Expr]
     inertia: tuple[Expr, ...]
     on: str | None
-    turns: tuple[tuple[str | tuple[Expr, ...], Expr], ...]
+    turns: tuple[tuple[str | tuple[Expr, ...], Expr] | QuaternionParts, ...]
 
     def rewritten(self, put: Callable[[Expr], Expr]) -> Turning:
         """Apply a function to all its expressions."""
         x, y, z = map(put, self.spin)
         turns = [
-            (axis if isinstance(axis, str) else tuple(map(put, axis)), put(angle))
-            for axis, angle in self.turns
+            QuaternionParts(tuple(map(put, turn.parts)))
+            if isinstance(turn, QuaternionParts)
+            else (turn[0] if isinstance(turn[0], str) else tuple(map(put, turn[0])), put(turn[1]))
+            for turn in self.turns
         ]
         return replace(
             self,

@@ -182,7 +182,10 @@ def _account(
     for_points = sum(
         s not in counted and number not in dependent for s, number in elimination.by.items()
     )
-    independent = len(elimination.stated) - len(dependent) - for_points
+    # Four parts of a quaternion of length 1 are three freedoms of a body's six.
+    lengths = {c.name for c in geometry.names.scene.constraints if c.keeps_length}
+    counted_numbers = [k for k, e in enumerate(elimination.stated) if e.constraint not in lengths]
+    independent = len(counted_numbers) - len(dependent.keys() & {*counted_numbers}) - for_points
     return Account(
         cartesian=cartesian,
         extra=extra,

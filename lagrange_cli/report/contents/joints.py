@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
 
 def joint_remarks(line: ConstraintLine) -> Iterator[Written]:
-    """Count equations of a joint that restrict nothing further."""
+    """Count equations of a joint that restrict nothing further; those of lengths do not count."""
+    if line.joint[0] == "unit":
+        yield say("not counted")
+        return
     count = Count(len(line.equations))
     if line.idle:
         yield say.counted(
@@ -33,6 +36,8 @@ def joint_remarks(line: ConstraintLine) -> Iterator[Written]:
 def joint_statement(joint: Sequence[str]) -> Written:
     """Say what a joint joins, by its kind and its parts."""
     kind, *parts = joint
+    if kind == "unit":
+        return say("the quaternion of {body} has length 1", body=Plain(parts[0]))
     first, second, *further = (Plain(part) for part in parts)
     if kind == "pin":
         return say("{first} coincides with {second}", first=first, second=second)
@@ -82,6 +87,8 @@ def reaction_of_joint(role: Sequence[str]) -> Written:
     """Say what the multiplier of one of a joint's equations is."""
     kind, first, *further = role
     body = Plain(first)
+    if kind == "unit":
+        return say("keeps the quaternion of {body} at length 1 and is no force", body=body)
     if kind == "part":
         return say("part of the force of the surface on {body}", body=body)
     if kind in ("normal", "friction"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -101,6 +101,19 @@ def multipliers_line(equations: Equations) -> Written | None:
     kinds = {closure.kind for closure in equations.system.closures}
     if not kinds:
         return None
+    lines = equations.derivation.account.lines
+    lengths = {line.name for line in lines if line.joint[:1] == ("unit",)}
+    if lengths >= {closure.name for closure in equations.system.closures}:
+        return say("The multiplier keeps a quaternion at length 1, and is no force")
+    explained = _explained_by_gradients(kinds)
+    if not lengths:
+        return explained
+    excepted = say("that of {listed} is no force", listed=names(lengths))
+    return Listed((explained, excepted), between="; ")
+
+
+def _explained_by_gradients(kinds: Collection[str]) -> Written:
+    """Say what a multiplier is of closures between positions, between velocities, or of both."""
     if kinds == {"position"}:
         return say(
             "The multiplier times the gradient of the left side is the force that the constraint"

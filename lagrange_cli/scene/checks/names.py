@@ -20,7 +20,7 @@ from lagrange_cli.scene.checks.external import (
     check_states,
 )
 from lagrange_cli.scene.checks.table import NameTable, check_clashes, name_table
-from lagrange_cli.scene.checks.targets import check_target
+from lagrange_cli.scene.checks.targets import check_quaternions, check_target
 from lagrange_cli.scene.checks.uses import Restrictions, Use, uses
 from lagrange_cli.scene.conditions import InitialValue
 from lagrange_cli.scene.language.expression import (
@@ -82,6 +82,7 @@ def check_names(
     _check_values(scene, table, problems)
     for force in scene.forces:
         check_target(force, scene, table, problems)
+    check_quaternions(scene, table, problems)
     _check_expected(scene, table, problems)
     meanings = _meanings(scene, table)
     order, circles = dependency_order(meanings)

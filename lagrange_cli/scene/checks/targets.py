@@ -1,9 +1,10 @@
-"""Checks of what forces and torques act on."""
+"""Checks of what forces and torques act on, and of what quaternions are made of."""
 
 from __future__ import annotations
 
 from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.scene.checks.table import NameTable
+from lagrange_cli.scene.language.expression import Name
 from lagrange_cli.scene.language.problems import Problems, shown, suggestion
 from lagrange_cli.scene.model import Force, Scene
 
@@ -49,3 +50,21 @@ def _check_turned(force: Force, scene: Scene, what: str, problems: Problems) -> 
             ),
             rule="unknown-name",
         )
+
+
+def check_quaternions(scene: Scene, table: NameTable, problems: Problems) -> None:
+    """Check that the parts of the quaternions by which frames turn are coordinates."""
+    coordinates = table.cartesian if scene.coordinates is None else table.coordinates
+    joints = (constraint.joint for constraint in scene.constraints)
+    for joint in (joint for joint in joints if joint is not None):
+        frame = joint.parts[0]
+        for part in joint.quaternions:
+            if isinstance(part.node, Name) and part.node.name not in coordinates:
+                problems.add(
+                    f"{shown(part.node.name)} in the quaternion of '{frame}' is no coordinate",
+                    part.mark(),
+                    hint=f"write coordinates: [{part.node.name}]"
+                    if part.node.name not in table
+                    else "",
+                    rule="unknown-name",
+                )

@@ -154,3 +154,42 @@ def turn(axis: Nodes, angle: Node, *, reverse: bool = False) -> tuple[Node, ...]
         for i in range(3)
         for j in range(3)
     )
+
+
+def quaternion_matrix(quaternion: Nodes) -> tuple[Node, ...]:
+    """Return R of a quaternion with its scalar first, of second degree in its parts.
+
+    It is a rotation where the quaternion has length 1. Of second degree, and not with this put into
+    its diagonal, it keeps its axes at right angles where the length is another.
+    """
+    scalar, *vector = quaternion
+    entries = []
+    for i in range(3):
+        for j in range(3):
+            if i == j:
+                signed = [square(v) if k == i else minus(square(v)) for k, v in enumerate(vector)]
+                entries.append(total([square(scalar), *signed]))
+                continue
+            crossed = product(scalar, vector[3 - i - j])
+            # [q]× has a minus where the column is that after the row.
+            if (j - i) % 3 == 1:
+                crossed = minus(crossed)
+            entries.append(product(whole(2), total([product(vector[i], vector[j]), crossed])))
+    return tuple(entries)
+
+
+def quaternion_spin(quaternion: Nodes, *, in_space: bool) -> tuple[Node, ...]:
+    """Return ω of a turning quaternion of length 1: 2 q̄ q̇ along its axes, 2 q̇ q̄ in space."""
+    scalar, *vector = quaternion
+    rate, *rates = (called("dot", part) for part in quaternion)
+    components = []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        crossed = [product(vector[j], rates[k]), minus(product(vector[k], rates[j]))]
+        terms = [
+            product(scalar, rates[i]),
+            minus(product(vector[i], rate)),
+            *(crossed if in_space else map(minus, crossed)),
+        ]
+        components.append(product(whole(2), total(terms)))
+    return tuple(components)

@@ -15,10 +15,12 @@ from fractions import Fraction
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.bodies import (
+    AnyTurn,
     Axis,
     ComposedExpression,
     Frame,
     Motion,
+    QuaternionTurn,
     Turn,
     Vector,
 )
@@ -42,6 +44,8 @@ from lagrange_cli.scene.language.rotations import (
     minus,
     named,
     product,
+    quaternion_matrix,
+    quaternion_spin,
     quotient,
     square,
     times,
@@ -110,11 +114,34 @@ class Placed:
 SPACE = Placed((_SPACE,), NO_VECTOR)
 
 
-def turned(chain: Sequence[Stage], turns: Iterable[Turn]) -> tuple[tuple[Stage, ...], list[Nodes]]:
-    """Add turns to a chain; return it with the axis of each turn along those of space."""
+def turned(
+    chain: Sequence[Stage], turns: Iterable[AnyTurn]
+) -> tuple[tuple[Stage, ...], list[tuple[Nodes, Turn]]]:
+    """Add turns to a chain; return it with the turns about axes, each with its axis in space."""
     stages = list(chain)
-    axes = [_add_turn(stages, one) for one in turns]
+    axes: list[tuple[Nodes, Turn]] = []
+    for one in turns:
+        if isinstance(one, QuaternionTurn):
+            stages.append(_turned_freely(stages[-1], one))
+        else:
+            axes.append((_add_turn(stages, one), one))
     return tuple(stages), axes
+
+
+def _turned_freely(base: Stage, one: QuaternionTurn) -> Stage:
+    parts = [part.node for part in one.parts]
+    matrix = quaternion_matrix(parts)
+    before = times(transposed(matrix), base.spin)
+    in_space = times(base.rotation, quaternion_spin(parts, in_space=True))
+    spin = zip(before, quaternion_spin(parts, in_space=False), strict=True)
+    return Stage(
+        None,
+        ZERO,
+        False,
+        composed(base.rotation, matrix),
+        [total(pair) for pair in spin],
+        [total(pair) for pair in zip(base.spin_in_space, in_space, strict=True)],
+    )
 
 
 def _add_turn(stages: list[Stage], one: Turn) -> Nodes:
@@ -158,12 +185,11 @@ def in_tree(
     parent: Frame | None,
     base: Placed,
     at: Vector | None,
-    turns: Iterable[Turn],
-    axes: Iterable[Nodes],
+    turns: Iterable[tuple[Nodes, Turn]],
 ) -> Frame:
     """Return a frame with its motions against the one that it stands on, ``base``.
 
-    ``axes`` are those of its turns along the axes of space.
+    Each turn has its axis along those of space.
     """
     rotation = base.last.rotation
 
@@ -177,9 +203,7 @@ def in_tree(
         for k, amount in enumerate(at or ())
         if not is_zero(amount.node)
     ]
-    hinges = [
-        Motion(along(axis), one.angle, is_turn=True) for axis, one in zip(axes, turns, strict=True)
-    ]
+    hinges = [Motion(along(axis), one.angle, is_turn=True) for axis, one in turns]
     step = times(rotation, NO_VECTOR if at is None else [part.node for part in at])
     return Frame(key.text, parent, along(step), (*slides, *hinges))
 

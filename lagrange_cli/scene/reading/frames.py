@@ -12,9 +12,11 @@ from typing import Literal, TypeAlias
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.scene.bodies import (
+    AnyTurn,
     Body,
     ComposedExpression,
     Frame,
+    QuaternionTurn,
     Shape,
     Turn,
     Vector,
@@ -23,7 +25,7 @@ from lagrange_cli.scene.bodies import (
 from lagrange_cli.scene.language.expression import Expression, Node
 from lagrange_cli.scene.language.problems import shown, suggestion
 from lagrange_cli.scene.language.rotations import Nodes, is_zero, times
-from lagrange_cli.scene.model import Definition, Point, Term
+from lagrange_cli.scene.model import Constraint, Definition, Point, Term
 from lagrange_cli.scene.reading.chains import (
     NO_VECTOR,
     SPACE,
@@ -39,7 +41,13 @@ from lagrange_cli.scene.reading.entries import Reading
 from lagrange_cli.scene.reading.inertia import number_of, read_inertia, shape_of
 from lagrange_cli.scene.reading.source import Mapping as Entries
 from lagrange_cli.scene.reading.source import Scalar, SourceNode
-from lagrange_cli.scene.reading.turns import across_plane, read_turns, vector_in_plane, vector_of
+from lagrange_cli.scene.reading.turns import (
+    across_plane,
+    read_turns,
+    unit_constraint,
+    vector_in_plane,
+    vector_of,
+)
 
 _Kind: TypeAlias = Literal["frame", "body"]
 
@@ -83,7 +91,7 @@ class _Declared:
     what: str
     on: tuple[str, Mark] | None
     at: Vector | None
-    turns: tuple[Turn, ...]
+    turns: tuple[AnyTurn, ...]
     mass: _Mass | None
 
 
@@ -97,8 +105,8 @@ class Frames:
         Frames and bodies as written, by name.
     placed, tree
         Those that are composed so far, and their places in the tree of frames.
-    definitions, kinetic
-        Definitions and kinetic energies that they stand for.
+    definitions, constraints, kinetic
+        Definitions, constraints of quaternions and kinetic energies that they stand for.
     bodies
         The rigid bodies.
     complete
@@ -109,6 +117,7 @@ class Frames:
     placed: dict[str, Placed] = field(default_factory=dict)
     tree: dict[str, Frame] = field(default_factory=dict)
     definitions: list[Definition] = field(default_factory=list)
+    constraints: list[Constraint] = field(default_factory=list)
     kinetic: list[Term] = field(default_factory=list)
     bodies: list[Body] = field(default_factory=list)
     complete: bool = False
@@ -326,18 +335,20 @@ def _place(name: str, frames: Frames, reading: Reading, above: tuple[str, ...]) 
         if parent not in frames.placed:
             return
         base = frames.placed[parent]
-    placed, axes = _moved(base, entry)
+    placed, turns = _moved(base, entry)
     below = None if entry.on is None else frames.tree[entry.on[0]]
-    frames.tree[name] = in_tree(entry.key, below, base, entry.at, entry.turns, axes)
+    frames.tree[name] = in_tree(entry.key, below, base, entry.at, turns)
+    unit = unit_constraint(name, entry.key.mark, entry.turns)
+    frames.constraints += [unit] if unit else []
     frames.placed[name] = with_names(placed, name, entry.key.mark, frames.definitions)
 
 
-def _moved(base: Placed, entry: _Declared) -> tuple[Placed, list[Nodes]]:
+def _moved(base: Placed, entry: _Declared) -> tuple[Placed, list[tuple[Nodes, Turn]]]:
     """Move axes to the place of a frame that stands on them, and turn them as it is turned."""
     origin = base.origin if entry.at is None else base.place([part.node for part in entry.at])
     placing = (*base.placing, *(entry.at or ()), *_angles(entry.turns))
-    stages, axes = turned(base.stages, entry.turns)
-    return Placed(stages, origin, placing), axes
+    stages, turns = turned(base.stages, entry.turns)
+    return Placed(stages, origin, placing), turns
 
 
 def placed_against(name: str, base: str, reading: Reading) -> Placed | None:
@@ -354,8 +365,11 @@ def placed_against(name: str, base: str, reading: Reading) -> Placed | None:
     return placed
 
 
-def _angles(turns: Iterable[Turn]) -> Iterator[Expression]:
+def _angles(turns: Iterable[AnyTurn]) -> Iterator[Expression]:
     for one in turns:
+        if isinstance(one, QuaternionTurn):
+            yield from one.parts
+            continue
         if not isinstance(one.axis, str):
             yield from one.axis
         yield one.angle

@@ -31,6 +31,11 @@ IN_SPACE = {
     "p": "1, 2, 3",
     "near": "near: {x: 1, y: 2, z: 3, a: 0, b: 0, c: 0}",
 }
+BY_QUATERNION = IN_SPACE | {
+    "turn": "{quaternion: [a, b, c, d]}",
+    "coordinates": "x, y, z, a, b, c, d",
+    "near": "near: {x: 1, y: 2, z: 3, a: 1, b: 0, c: 0, d: 0}",
+}
 IN_PLANE = {
     "plane": "plane: xz\n",
     "y": "0",
@@ -55,7 +60,11 @@ IN_PLANE = {
 def test_a_joint_counts_the_equations_that_it_stands_for(
     joint: str, in_plane: int, in_space: int
 ) -> None:
-    for base, count in ((IN_PLANE, in_plane), (IN_SPACE, in_space)):
+    for base, count in (
+        (IN_PLANE, in_plane),
+        (IN_SPACE, in_space),
+        (BY_QUATERNION, in_space),
+    ):
         account = reduce(read_text(FREE.format(joint=joint, **base))).account
         assert account.constraints == count
         assert account.dof == account.of_bodies - count

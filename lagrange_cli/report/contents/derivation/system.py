@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.initial_state import exact_value
+from lagrange_cli.mechanics.elements.motion import ElementMotion, QuaternionParts
 from lagrange_cli.notation.vocabulary import latex_overrides
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.families import sizes_line
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
     from sympy import Expr
 
-    from lagrange_cli.mechanics.elements.motion import ElementMotion, Turning
+    from lagrange_cli.mechanics.elements.motion import Turning
     from lagrange_cli.mechanics.system import Parameter
 
 
@@ -96,7 +97,7 @@ def _body(writer: DocumentWriter, body: ElementMotion) -> Written:
         place=Inline(group(joined(", ", map(symbol, body.components)))),
     )
     parts: list[Written] = [shown, _inertia(writer, turning)]
-    turns = tuple(_turn(writer, axis, angle) for axis, angle in turning.turns)
+    turns = tuple(_turn(writer, turn) for turn in turning.turns)
     if turns and turning.on is None:
         parts.append(say("turned by {turns}", turns=Listed(turns)))
     elif turns:
@@ -124,7 +125,13 @@ def _inertia(writer: DocumentWriter, turning: Turning) -> Written:
     return say("moments of inertia {moments}", moments=shown)
 
 
-def _turn(writer: DocumentWriter, axis: str | tuple[Expr, ...], angle: Expr) -> Written:
+def _turn(
+    writer: DocumentWriter, turn: tuple[str | tuple[Expr, ...], Expr] | QuaternionParts
+) -> Written:
+    if isinstance(turn, QuaternionParts):
+        parts = Listed(tuple(map(writer.inline, turn.parts)))
+        return say("the quaternion ({parts})", parts=parts)
+    axis, angle = turn
     if isinstance(axis, str):
         return say("{angle} about {axis}", angle=writer.inline(angle), axis=Inline(symbol(axis)))
     direction = Listed(tuple(map(writer.inline, axis)))

@@ -1,0 +1,100 @@
+"""Bodies that turn by quaternions of length 1: counts, certificate, motions by Euler's angles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from lagrange_cli.errors import InputError, InternalError
+from lagrange_cli.mechanics import derive, derive_uncertified, reduce
+from lagrange_cli.mechanics.certify.certificate import certify
+from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.scene import read_text
+from lagrange_cli.simulate import simulate
+
+#: A body off its centre of mass with an arm on it, hung by a spring and pushed by a torque.
+FREE = """
+parameters: {m: 1, A: 0.3, B: 0.4, C: 0.2, l: 0.3, k: 10, g: 9.81}
+bodies:
+  base: {at: [x, y, z], turn: TURN, centre: [0.1, 0, 0.05], mass: m, inertia: [A, B, C]}
+  arm: {on: base, at: [l, 0, 0], turn: {y: s}, centre: [0, 0, -0.2], mass: 0.5,
+        inertia: [0.01, 0.02, 0.01]}
+points: {hook: {on: base, at: [0, l, 0]}, o: [0, 0, 0]}
+coordinates: [x, y, z, ANGLES, s]
+potentials: {weight: {gravity: g}, string: {spring: [hook, o], stiffness: k, length: 0.1}}
+forces: {motor: {on: arm, torque: [0.1, 0.2, 0.3*cos(t)], axes: base}}
+outputs: {w1: omega_1(base), wz: omega_z(base)}
+simulate: {until: 1.5, accuracy: 1e-9, samples: 16}
+initial: {x: 0.1, y: 0, z: 0, s: 0.2, dot(x): 0.2, dot(y): 0, dot(z): 0, dot(s): 1, START}
+"""
+
+BY_QUATERNION = (
+    FREE.replace("TURN", "{quaternion: [q0, q1, q2, q3]}")
+    .replace("ANGLES", "q0, q1, q2, q3")
+    .replace(
+        "START",
+        "q0: cos(0.5), q1: sin(0.5), q2: 0, q3: 0, dot(q1): cos(0.5)/5, dot(q0): -sin(0.5)/5",
+    )
+)
+BY_ANGLES = (
+    FREE.replace("TURN", "[z: a, x: b, z: c]")
+    .replace("ANGLES", "a, b, c")
+    .replace("START", "a: 0, b: 1, c: 0, dot(a): 0, dot(b): 0.4, dot(c): 0")
+)
+
+
+def test_four_parts_are_three_freedoms() -> None:
+    reduced = reduce(read_text(BY_QUATERNION))
+    assert (reduced.account.of_bodies, reduced.account.constraints, reduced.account.dof) == (
+        12,
+        5,
+        7,
+    )
+    assert reduced.account.implied == 5
+    assert [closure.name for closure in reduced.closures] == ["unit_base"]
+
+
+def test_motions_are_those_by_eulers_angles() -> None:
+    one, two = (simulate(derive(read_text(text))) for text in (BY_QUATERNION, BY_ANGLES))
+    assert one.status == two.status == "ok"
+    columns, expected = one.columns, two.columns
+    for name in ("x", "s", "x_hook", "z_hook", "x_arm", "y_arm", "w1", "wz"):
+        assert columns[name] == pytest.approx(expected[name], abs=3e-9)
+    squares = sum(columns[f"q{k}"] ** 2 for k in range(4))
+    assert np.abs(squares - 1).max() < 4e-16
+
+
+def _without(name: str) -> Callable[[Uncertified], Uncertified]:
+    """Leave out of f the terms that hold a moment of inertia."""
+
+    def changed(derivation: Uncertified) -> Uncertified:
+        moment = sp.Symbol(name, real=True)
+        forcing = tuple(
+            tuple(t for t in terms if moment not in t.free_symbols) for terms in derivation.forcing
+        )
+        assert forcing != derivation.forcing
+        return replace(derivation, forcing=forcing)
+
+    return changed
+
+
+@pytest.mark.parametrize("mistake", [_without("A"), _without("C"), _without("g")])
+def test_mistakes_across_the_quaternion_do_not_pass(
+    mistake: Callable[[Uncertified], Uncertified],
+) -> None:
+    derivation = derive_uncertified(reduce(read_text(BY_QUATERNION)))
+    with pytest.raises(InternalError, match=r"disagree with Newton's law"):
+        certify(mistake(derivation), 30, 4)
+
+
+def test_a_length_that_is_not_1_is_refused_with_its_place() -> None:
+    text = BY_QUATERNION.replace("q0: cos(0.5)", "q0: 0.9")
+    with pytest.raises(InputError) as caught:
+        simulate(derive(read_text(text)))
+    (problem,) = caught.value.problems
+    assert "violate constraint 'unit_base'" in problem.message
+    assert problem.mark is not None
