@@ -47,6 +47,8 @@ _EMITTED_OF_CONTACTS = ("FLIGHT", "events", "reset", "first_due")
 #: Most numbers of the simulated trajectory that a page holds, and its significant digits.
 _MOST_NUMBERS, _DIGITS = 30_000, 12
 
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 #: Sections of the report that stand below the drawing.
 _SECTIONS = "account,energies,equations,conserved"
 
@@ -215,8 +217,12 @@ def _parameter(parameter: Parameter, labels: Labels) -> dict[str, Any]:
 
 
 def _unit(labels: Labels, name: str) -> str:
+    """Return a unit as a person writes it: powers raised, factors with a dot between them."""
     unit = labels.unit(name)
-    return "" if unit is None else unit.plain
+    if unit is None:
+        return ""
+    raised = re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_RAISED), unit.plain)
+    return raised.replace("*", "·")
 
 
 def _simulated(trajectory: Trajectory, states: Sequence[str]) -> dict[str, Any]:

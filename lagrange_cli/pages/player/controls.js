@@ -94,15 +94,22 @@ function fill() {
     option(byId('phase-of'), k, `${c.symbol}, ${c.rate}`);
     option(byId('section-of'), k, c.symbol);
   });
+  byId('phase-of').value = Math.max(0, data.coordinates.findIndex((_, k) => isVaried(count + k)));
   shownNumbers().forEach((k, place) => {
     const mark = byId('shown').appendChild(document.createElement('span'));
-    mark.textContent = `${numbers[k].symbol} `;
+    mark.append(mathOf(numbers[k]), ' ');
     mark.style.color = COLOURS[place % COLOURS.length];
   });
   data.parameters.forEach((parameter, k) => slider(
     byId('parameters'), parameter, 'p', k, rangeOf(usual.p[k], parameter.isPositive),
   ));
   numbers.forEach((number, k) => slider(byId('start'), number, 'y', k, startRange(number, k)));
+}
+
+/** Say whether a number of the simulated motion has more than one value. */
+function isVaried(k) {
+  const column = simulatedColumns[k];
+  return column.some((value) => Math.abs(value - column[0]) > 1e-9 * scales[k]);
 }
 
 function listen() {

@@ -3,6 +3,8 @@
 /** Half the width of springs and the radius of bodies, in pixels. */
 const [SPRING, BODY] = [7, 6];
 
+const FONT = '13px system-ui, sans-serif';
+
 /** Where everything of the stage is at a state. */
 class Stage {
   constructor(stage, initial) {
@@ -194,9 +196,14 @@ class Painter {
     this.context.fill();
   }
 
+  widthOf(words) {
+    this.context.font = FONT;
+    return this.context.measureText(words).width;
+  }
+
   text(words, [x, y], colour, align = 'left') {
     const { context } = this;
-    context.font = '13px system-ui, sans-serif';
+    context.font = FONT;
     context.textAlign = align;
     context.fillStyle = colour;
     context.fillText(words, x, y);
@@ -234,12 +241,23 @@ function linkLines(kind, [x0, y0], [x1, y1], turns) {
 
 const WIDTHS = { rod: 2.5, wheel: 1.5, body: 1.2 };
 
+/** A straight line of pixels to beyond the edges of a drawing; other curves as they are. */
+function prolonged(pixels, { width, height }) {
+  const [first, last] = [pixels[0], pixels[pixels.length - 1]];
+  const along = [last[0] - first[0], last[1] - first[1]];
+  const length = Math.hypot(...along);
+  const off = ([x, y]) => Math.abs((x - first[0]) * along[1] - (y - first[1]) * along[0]);
+  if (!(length > 1) || pixels.some((pixel) => off(pixel) > 0.1 * length)) return pixels;
+  const far = along.map((part) => (part * (width + height)) / length);
+  return [first.map((x, k) => x - far[k]), last.map((x, k) => x + far[k])];
+}
+
 /** Draw what does not move: curves, the ground of wheels, the direction of gravity. */
 function drawStill(painter, camera, stage, p) {
   const faint = colours.of('faint');
   const grounds = stage.stage.wheels.map((wheel) => wheel.ground).filter(Boolean);
   for (const line of [...stage.curves(p).map(({ points }) => points), ...grounds]) {
-    painter.line(line.map((place) => camera.pixel(place)), faint, 1.2);
+    painter.line(prolonged(line.map((place) => camera.pixel(place)), painter), faint, 1.2);
   }
   const { down } = stage.stage;
   if (!down) return;
@@ -274,11 +292,28 @@ function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
     ...bodyParts(stage, pixels, depths, ink, colours.of(colour)),
   ];
   painter.parts(sorted(parts));
-  if (!isNamed) return places;
-  stage.stage.bodies.forEach(({ name }, k) => {
-    if (name) painter.text(name, [pixels[k][0] + 9, pixels[k][1] - 9], ink);
-  });
+  if (isNamed) drawNames(painter, stage.stage.bodies, pixels, ink);
   return places;
+}
+
+/** Where a name may stand from its body: right or left of it, above or below. */
+const CORNERS = [[9, -9], [9, 19], [-9, -9], [-9, 19]];
+
+/** Write names beside bodies, each at the first corner where no other stands; else not at all. */
+function drawNames(painter, bodies, pixels, colour) {
+  const taken = [];
+  bodies.forEach(({ name }, k) => {
+    if (!name) return;
+    const width = painter.widthOf(name);
+    const corners = CORNERS.map(([right, below]) => ({
+      x: pixels[k][0] + right - (right < 0 ? width : 0), y: pixels[k][1] + below, width,
+    }));
+    const free = corners.find((a) => taken.every((b) => Math.abs(a.y - b.y) > 13
+      || a.x > b.x + b.width || b.x > a.x + a.width));
+    if (!free) return;
+    taken.push(free);
+    painter.text(name, [free.x, free.y], colour);
+  });
 }
 
 function linkParts(stage, pixels, depths, colour) {

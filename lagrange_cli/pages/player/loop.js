@@ -71,11 +71,23 @@ function evenly(parts) {
   return Array.from({ length: parts + 1 }, (_, k) => span[0] + ((settings.until - span[0]) * k) / parts);
 }
 
-/** Times up to the end of what is computed, for curves. */
-function curveTimes() {
-  const end = motion.reached;
-  const parts = Math.min(MOST_POINTS, Math.max(50, 4 * motion.segments.length));
-  return Array.from({ length: parts + 1 }, (_, k) => span[0] + ((end - span[0]) * k) / parts);
+/**
+ * Points of curves: a segment and a time in it, of all segments or of some; the ends of each are
+ * among them, so that curves have corners where there are impacts.
+ */
+function curvePoints() {
+  const { segments, times } = motion;
+  const every = Math.max(1, Math.ceil(segments.length / MOST_POINTS));
+  const parts = Math.max(1, Math.min(60, Math.floor(MOST_POINTS / segments.length)));
+  const shownSegments = segments.filter((_, k) => k % every === 0 || k === segments.length - 1);
+  return shownSegments.flatMap((segment, place) => {
+    const number = Math.min(place * every, segments.length - 1);
+    const width = times[number + 1] - times[number];
+    return Array.from({ length: parts + 1 }, (_, k) => {
+      const time = (width * k) / parts;
+      return { t: times[number] + time, of: (i) => denseNumber(segment, time, i) };
+    });
+  });
 }
 
 // -- drawing ------------------------------------------------------------------------------
@@ -83,14 +95,17 @@ function curveTimes() {
 function fitCamera() {
   if (!stage) return;
   const sampled = simulatedTimes.filter((_, k) => k % Math.ceil(simulatedTimes.length / 60) === 0);
-  const seen = sampled.flatMap((t, k) => {
+  const seen = sampled.map((t, k) => {
     const number = simulatedTimes.indexOf(sampled[k]);
     return stage.reach(t, simulatedColumns.map((column) => column[number]), usual.p);
   });
   const atStart = stage.scene(span[0], usual.y, usual.p);
   const round = stage.stage.wheels.flatMap((wheel) => stage.wheel(wheel, atStart)[0]);
-  const places = [...seen, ...round].filter((place) => place.every(Number.isFinite));
-  camera.fit(places, painters.drawing.width, painters.drawing.height);
+  const times = [...seen, [...atStart.places, ...round]].map(
+    (places) => places.filter((place) => place.every(Number.isFinite)),
+  );
+  const known = times.filter((places) => places.length);
+  if (known.length) camera.fit(known, painters.drawing.width, painters.drawing.height);
   const start = atStart.places.map((place) => camera.pixel(place));
   stage.turns = data.stage.links.map(({ kind, ends: [a, b] }) => {
     const length = Math.hypot(start[a][0] - start[b][0], start[a][1] - start[b][1]);
@@ -132,19 +147,20 @@ function drawAll() {
 
 function drawSystem(t) {
   const painter = painters.drawing;
+  const y = view.drag?.state ?? motion.at(t);
   painter.clear();
+  camera.follow(stage.places(t, y, settings.p));
   drawStill(painter, camera, stage, settings.p);
   if (byId('trace').checked) drawTraces(painter);
   if (twin) drawState(painter, camera, stage, { t, y: twin.at(t), p: settings.p }, 'twin', false);
-  const y = view.drag?.state ?? motion.at(t);
   view.places = drawState(painter, camera, stage, { t, y, p: settings.p }, 'mass', true);
 }
 
 /** Draw the curves anew. */
 function drawPlots() {
-  const times = curveTimes();
-  drawSeries(times);
-  drawPhase(times);
+  const points = curvePoints();
+  drawSeries(points);
+  drawPhase(points);
   drawDrift();
   drawSection();
 }
@@ -159,16 +175,16 @@ function drawMarks() {
   mark(painters.phase, [{ colour: COLOURS[1], at: [now[k], now[count + k]] }]);
 }
 
-function drawSeries(times) {
+function drawSeries(points) {
   plot(painters.series, shownNumbers().map((k, place) => ({
     colour: COLOURS[place % COLOURS.length],
-    points: times.map((t) => [t, motion.numberAt(t, k)]),
+    points: points.map(({ t, of }) => [t, of(k)]),
   })));
 }
 
-function drawPhase(times) {
+function drawPhase(shownPoints) {
   const k = Number(byId('phase-of').value);
-  const points = times.map((t) => [motion.numberAt(t, k), motion.numberAt(t, count + k)]);
+  const points = shownPoints.map(({ of }) => [of(k), of(count + k)]);
   plot(painters.phase, [{ colour: COLOURS[0], points }]);
 }
 

@@ -51,10 +51,12 @@ function drawCurves(painter, curves, isDotted) {
   const [ink, faint] = [colours.of('ink'), colours.of('faint')];
   const { frame: [left, top, right, bottom], low, high } = painter.place;
   painter.line([[left, top], [left, bottom], [right, bottom]], faint, 1);
-  painter.text(shortly(high[1], 3), [left - 5, top + 10], ink, 'right');
-  painter.text(shortly(low[1], 3), [left - 5, bottom], ink, 'right');
-  painter.text(shortly(low[0]), [left, bottom + 17], ink);
-  painter.text(shortly(high[0]), [right, bottom + 17], ink, 'right');
+  const said = (value, k, digits) => (
+    shortly(Math.abs(value) < 1e-9 * (high[k] - low[k]) ? 0 : value, digits));
+  painter.text(said(high[1], 1, 3), [left - 5, top + 10], ink, 'right');
+  painter.text(said(low[1], 1, 3), [left - 5, bottom], ink, 'right');
+  painter.text(said(low[0], 0, 4), [left, bottom + 17], ink);
+  painter.text(said(high[0], 0, 4), [right, bottom + 17], ink, 'right');
   for (const { points, colour } of curves) {
     const shown = points.filter(isFinitePoint).map(painter.place);
     if (isDotted) shown.forEach((at) => painter.disk(at, 1.6, colour));

@@ -6,6 +6,9 @@ const cross = (a, b) => [
   a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0],
 ];
 
+/** How many times its size a system may go in a drawing that does not follow it. */
+const FAR = 8;
+
 /** The camera of a drawing. */
 class Camera {
   constructor({ rows, isFlat }) {
@@ -37,17 +40,38 @@ class Camera {
     this.towards = this.up.map((x, i) => b * x + a * away[i]);
   }
 
-  /** Fit places into a canvas of so many pixels. */
-  fit(places, width, height) {
-    const flat = places.map((place) => this.plane(place));
-    const low = [0, 1].map((k) => Math.min(...flat.map((f) => f[k])));
-    const high = [0, 1].map((k) => Math.max(...flat.map((f) => f[k])));
-    const extents = [0, 1].map((k) => high[k] - low[k]);
+  /**
+   * Fit the places of several times into a canvas of so many pixels. A system that goes much farther
+   * than it is large is followed.
+   */
+  fit(times, width, height) {
+    const boxes = times.map((places) => this.box(places));
+    const low = [0, 1].map((k) => Math.min(...boxes.map((box) => box.low[k])));
+    const high = [0, 1].map((k) => Math.max(...boxes.map((box) => box.high[k])));
+    let extents = [0, 1].map((k) => high[k] - low[k]);
+    const size = Math.max(...boxes.flatMap((box) => [0, 1].map((k) => box.high[k] - box.low[k])));
+    this.isFollowing = size > 0 && Math.max(...extents) > FAR * size;
+    if (this.isFollowing) extents = [2 * size, 2 * size];
     const extent = Math.max(...extents, 1e-300);
     const padded = extents.map((x) => Math.max(x, 0.1 * extent) * 1.25);
     this.scale = Math.min(width / padded[0], height / padded[1]);
     this.middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
     this.centre = [width / 2, height / 2];
+  }
+
+  /** Look at places, if the system is one that is followed. */
+  follow(places) {
+    if (!this.isFollowing) return;
+    const { low, high } = this.box(places);
+    this.middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
+  }
+
+  box(places) {
+    const flat = places.map((place) => this.plane(place));
+    return {
+      low: [0, 1].map((k) => Math.min(...flat.map((f) => f[k]))),
+      high: [0, 1].map((k) => Math.max(...flat.map((f) => f[k]))),
+    };
   }
 
   plane(place) {

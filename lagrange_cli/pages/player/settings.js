@@ -20,14 +20,33 @@ const scales = [
 /** Name, symbol and unit of each number of a state: coordinates, velocities, states of first order. */
 const numbers = [
   ...data.coordinates,
-  ...data.coordinates.map(({ name, rate }) => ({ name: `dot(${name})`, symbol: rate, unit: '' })),
+  ...data.coordinates.map(({ name, symbol, rate }) => ({ name: `dot(${name})`, symbol, spoken: rate, isRate: true })),
   ...data.states,
 ];
 
 const settings = { p: [...usual.p], y: [...usual.y], until: usual.until };
 
+/** A symbol as mathematics: its index below it, and a dot above it if it is a rate. */
+function mathOf({ symbol, isRate }) {
+  const make = (tag, ...inner) => {
+    const element = document.createElementNS('http://www.w3.org/1998/Math/MathML', tag);
+    element.append(...inner);
+    return element;
+  };
+  const [, letter, ...indices] = /^(.+?)(?:_(\w+)|\[(.+)\]|(\d+))?$/u.exec(symbol);
+  const index = indices.find(Boolean);
+  let shape = make('mi', letter);
+  if (isRate) {
+    const accent = make('mo', '˙');
+    shape = make('mover', shape, accent);
+    shape.setAttribute('accent', 'true');
+  }
+  if (index) shape = make('msub', shape, make('mi', index));
+  return make('math', shape);
+}
+
 /** A slider with a number beside it, which changes one value of the settings. */
-function slider(parent, { symbol, unit, description }, list, k, [low, high]) {
+function slider(parent, { symbol, spoken, isRate, unit, description }, list, k, [low, high]) {
   const row = document.createElement('div');
   row.className = 'slider';
   const [label, range, number, after] = ['label', 'input', 'input', 'span'].map(
@@ -35,12 +54,12 @@ function slider(parent, { symbol, unit, description }, list, k, [low, high]) {
   );
   range.id = `${list}-${k}`;
   label.htmlFor = range.id;
-  label.textContent = symbol;
+  label.append(mathOf({ symbol, isRate }));
   label.title = description ?? '';
   after.textContent = unit ?? '';
   Object.assign(range, { type: 'range', min: low, max: high, step: 'any' });
   Object.assign(number, { type: 'number', step: 'any' });
-  number.setAttribute('aria-label', symbol);
+  number.setAttribute('aria-label', spoken ?? symbol);
   const show = () => {
     range.value = settings[list][k];
     number.value = Number(settings[list][k].toPrecision(6));
