@@ -7,8 +7,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,7 +54,8 @@ class Scenario:
     """A command, and the files it writes.
 
     ``before``: the words that make their old content, else it is a line of text. ``state``: what is
-    there where a run can go on. ``together``: the files are all old or all new.
+    there where a run can go on. ``together``: the files are all old or all new. ``texts``: scenes
+    that the command writes anew, as they are before.
     """
 
     words: tuple[str, ...]
@@ -62,7 +63,12 @@ class Scenario:
     before: tuple[str, ...] | None = None
     state: str | None = None
     together: bool = False
+    texts: Mapping[str, str] = field(default_factory=dict)
 
+
+#: The scene in another layout, and with an expectation that fails.
+UNTIDY = SCENE.replace(": {l: 1, a: 0.5}", ":   { l: 1,a: 0.5 }   # a remark")
+UNEXPECTED = SCENE.replace("dof: 1", "dof: 2")
 
 SCENARIOS: dict[str, Scenario] = {
     "derive": Scenario(("derive", "scene.yaml", "-o", "a.txt"), ("a.txt",)),
@@ -113,6 +119,14 @@ SCENARIOS: dict[str, Scenario] = {
     "check": Scenario(
         ("check", "scene.yaml", "--format", "json", "-o", "a.json", "--junit", "a.xml"),
         ("a.json", "a.xml"),
+    ),
+    "check --update": Scenario(
+        ("check", "b.yaml", "--update"), ("b.yaml",), texts={"b.yaml": UNEXPECTED}
+    ),
+    "fmt": Scenario(
+        ("fmt", "b.yaml", "c.yaml"),
+        ("b.yaml", "c.yaml"),
+        texts={"b.yaml": UNTIDY, "c.yaml": UNTIDY.replace("swing", "other")},
     ),
 }
 

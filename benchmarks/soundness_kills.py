@@ -76,6 +76,8 @@ def old_text(name: str) -> bytes:
 def prepared(root: Path, number: int, scenario: Scenario, *, own_disk: bool = False) -> Place:
     """A folder with the old content of the outputs."""
     place = Place(root, number, own_disk=own_disk)
+    for name, text in scenario.texts.items():
+        (place.folder / name).write_text(text)
     if scenario.before is not None:
         code, said = place.run(scenario.before)
         assert code == 0, said

@@ -20,7 +20,7 @@ def kills(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def test_commands_that_are_ended_leave_what_was_or_what_is(kills: ModuleType) -> None:
-    verdicts = list(kills.campaign(4, 2, ("emit c", "csv")))
+    verdicts = list(kills.campaign(4, 2, ("emit c", "fmt")))
     assert [verdict.wrong for verdict in verdicts] == [[]] * 4
     assert any(verdict.code != 0 for verdict in verdicts)
 
