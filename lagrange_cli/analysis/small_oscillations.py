@@ -120,7 +120,8 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     if equations.system.states:
         message = "there are no small oscillations of states, whose rates are of first order"
         hint = "lagrange analyze has the linear system and its poles"
-        raise InputError(Problem(message, hint=hint, rule="no-oscillations"))
+        mark = Mark(equations.presentation.file, 1, 1)
+        raise InputError(Problem(message, mark, hint, "no-oscillations"))
     try:
         linear = analyze(equations, ("linearization",)).linearization
         assert linear is not None

@@ -304,3 +304,9 @@ def test_inertia_may_vanish_at_rest():
     text = "coordinates: [x]\nkinetic: {t: dot(x)^4/4}\npotentials: {v: 0*x}"
     (only,) = paths(f"name: quartic\n{text}", {"x": 0.5, "t": 0}, {"x": 1, "t": 0.5}).solutions
     np.testing.assert_allclose(only.trajectory.columns["dot(x)"], 1, atol=1e-9)
+
+
+def test_ends_beyond_the_range_of_doubles_have_no_paths() -> None:
+    """The action of a motion to 1e300 overflows."""
+    with pytest.raises(AccuracyError, match="no path of stationary action was found"):
+        paths(PLANE, {"x": 0, "y": 1e300, "t": 0}, {"x": 1, "y": 1e301, "t": 0.5}, starts=2)

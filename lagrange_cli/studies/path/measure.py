@@ -95,6 +95,8 @@ def measured_path(
         values = motions.action_values(shot.t, shot.q, shot.v)
         action, rough = nodes.integral(values.lagrangian)
         whole, _ = nodes.integral(np.abs(values.lagrangian))
+        if not np.isfinite(whole):
+            return None
         try:
             slopes = motions.slopes(shot.t, shot.q, shot.v)[1]
             points = conjugacy(shot, values.inertia, slopes, nodes)

@@ -83,6 +83,8 @@ def conjugacy(shot: Shot, inertia: Array, velocity_slopes: Array, panels: Panels
     TooCoarseError
         The nodes are too far apart to follow the fields.
     """
+    if not all(np.isfinite(x).all() for x in (inertia, velocity_slopes, shot.rates, shot.fields)):
+        return Conjugacy("undecided", None)
     if np.min(np.linalg.eigvalsh(inertia)) <= 0:
         return Conjugacy("saddle", None)
     frames = _frames(shot, inertia, velocity_slopes, panels.span)
