@@ -179,7 +179,7 @@ def _by_denominator(expr: sp.Expr) -> sp.Expr:
     """Gather terms over the same denominator, and factor their numerators."""
     groups: dict[sp.Expr, list[sp.Expr]] = {}
     for term in expr.args:
-        below = [f for f in sp.Mul.make_args(term) if f.is_Pow and f.exp.is_negative]
+        below = [f for f in sp.Mul.make_args(term) if _is_divisor(f)]
         groups.setdefault(sp.Mul(*below), []).append(term / sp.Mul(*below))
     return sp.Add(*(factored(numerator) * below for below, numerator in groups.items()))
 
@@ -193,10 +193,13 @@ def _one_fraction(expr: sp.Expr) -> sp.Expr:
 
 def _has_divided_sum(expr: sp.Expr) -> bool:
     return any(
-        f.is_Pow and f.exp.is_negative and f.base.is_Add
-        for term in expr.args
-        for f in sp.Mul.make_args(term)
+        _is_divisor(f) and f.base.is_Add for term in expr.args for f in sp.Mul.make_args(term)
     )
+
+
+def _is_divisor(factor: sp.Expr) -> bool:
+    """Tell whether a factor divides: with powers as u^(π - 4), u^(4 - π) stands uncancelled."""
+    return bool(factor.is_Pow and factor.exp.is_Rational and factor.exp.is_negative)
 
 
 def tidy(expr: sp.Expr, masses: frozenset[sp.Expr] = frozenset()) -> sp.Expr:

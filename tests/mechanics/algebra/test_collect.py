@@ -242,6 +242,13 @@ def test_textbook_factors(terms: list[sp.Expr], expected: str) -> None:
     assert str(factored(terms)) == expected
 
 
+def test_powers_that_sympy_does_not_join_are_no_denominators() -> None:
+    # u^(π/4 - 2) u^(2 - π/4) stays: each division by one of them would bring in two more.
+    power = sp.Pow(a + x, sp.pi / 4 - 2) * sp.Pow(a + x, 2 - sp.pi / 4)
+    terms = [-sp.pi * power / 8, sp.pi**2 * power / 32]
+    assert sp.simplify(factored(terms) - sp.Add(*terms)) == 0
+
+
 @pytest.mark.slow
 @given(st.lists(TERMS, min_size=1, max_size=6))
 @generated
