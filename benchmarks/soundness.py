@@ -134,10 +134,25 @@ PARTS = (
         ("--mutants", "30000"),
     ),
     Part(
+        "expressions",
+        "Expressions",
+        "Sums, products and powers, compared with Python's own grammar in exact arithmetic; texts"
+        " of the language with characters changed, tokens in any order, bytes, and towers up to"
+        " and beyond each limit. Each is understood, or refused at a place in it.",
+        ("--expressions", "1000000"),
+    ),
+    Part(
+        "editing",
+        "Scenes in the making",
+        "Mutated scenes, half of them with a part cut out, through fmt and each answer of the"
+        " language server at a random place.",
+        ("--scenes", "20000"),
+    ),
+    Part(
         "kills",
         "Killed processes, full disks, folders that cannot be written",
         "After each, the old or the new content is there, whole, and the next run goes on.",
-        ("--kills", "200"),
+        ("--kills", "300"),
         "--jobs",
     ),
 )

@@ -12,6 +12,7 @@ import json
 import os
 import re
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, BinaryIO
 
@@ -74,10 +75,10 @@ class Helper:
             try:
                 reply = await asyncio.wait_for(self._exchange(request), seconds)
             except TimeoutError:
-                self.end()
+                await self.end()
                 raise LateError from None
             except (OSError, ValueError) as error:
-                self.end()
+                await self.end()
                 raise RuntimeError(f"the process ended: {error}") from None
         if "failure" in reply:
             raise RuntimeError(reply["failure"])
@@ -109,11 +110,13 @@ class Helper:
         )
         return self._process
 
-    def end(self) -> None:
+    async def end(self) -> None:
         """End the process; the next request starts another one."""
         process, self._process = self._process, None
-        if process is not None and process.returncode is None:
-            process.kill()
+        if process is not None:
+            with suppress(ProcessLookupError):
+                process.kill()
+            await process.wait()
 
 
 @dataclass
@@ -130,14 +133,17 @@ class SceneServer(LanguageServer):
 
     Attributes
     ----------
-    reader, deriver
-        The processes that read and derive.
+    reader
+        The process that reads all documents.
+    derivers
+        For each document the process that derives it.
     """
 
     def __init__(self) -> None:
         # Whole texts: editors and pygls do not agree on all characters that end a line.
         super().__init__("lagrange", __version__, types.TextDocumentSyncKind.Full)
-        self.reader, self.deriver = Helper(), Helper()
+        self.reader = Helper()
+        self.derivers: dict[str, Helper] = {}
         self._studies: dict[str, _Study] = {}
 
     def study(self, uri: str) -> None:
@@ -159,17 +165,20 @@ class SceneServer(LanguageServer):
         try:
             problems = await self.reader.ask(_READING, ask="problems", **request)
         except LateError:
-            problems = [_late(f"the scene could not be read within {_READING:g} s")]
+            problems = [_unread(f"the scene could not be read within {_READING:g} s")]
+        except RuntimeError as error:
+            problems = [_unread(f"the scene could not be read: {error}")]
         self._publish(uri, study, problems)
         if any(problem["severity"] == "error" for problem in problems):
             return
         await asyncio.sleep(_DERIVED_AFTER)
+        deriver = self.derivers.setdefault(uri, Helper())
         try:
-            study.derived = await self.deriver.ask(_DERIVING, ask="derived", **request)
-        except LateError:
-            return  # Long derivations are for the command line.
+            study.derived = await deriver.ask(_DERIVING, ask="derived", **request)
+        except (LateError, RuntimeError):
+            return  # Long derivations, and reports of defects, are for the command line.
         except asyncio.CancelledError:
-            self.deriver.end()
+            await deriver.end()
             raise
         further = [p for p in study.derived["problems"] if p not in problems]
         self._publish(uri, study, problems + further)
@@ -208,10 +217,19 @@ class SceneServer(LanguageServer):
         except LateError:
             return None
 
-    def end(self) -> None:
-        """End the processes."""
-        self.reader.end()
-        self.deriver.end()
+    async def close(self, uri: str) -> None:
+        """End all work on a document, and show no problems of it any more."""
+        self.leave(uri)
+        if uri in self.derivers:
+            await self.derivers.pop(uri).end()
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+
+    async def end(self) -> None:
+        """End all work and its processes."""
+        for uri in list(self._studies):
+            self.leave(uri)
+        for helper in (self.reader, *self.derivers.values()):
+            await helper.end()
 
 
 def file_of(uri: str) -> str:
@@ -219,7 +237,7 @@ def file_of(uri: str) -> str:
     return uris.to_fs_path(uri) or uri
 
 
-def _late(message: str) -> dict[str, Any]:
+def _unread(message: str) -> dict[str, Any]:
     place = {"line": 0, "start": 0, "end": 1}
     return {"range": place, "message": message, "rule": "limit", "severity": "warning"}
 
@@ -263,10 +281,12 @@ def scene_server() -> SceneServer:
         server.study(params.text_document.uri)
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
-    def closed(params: types.DidCloseTextDocumentParams) -> None:
-        uri = params.text_document.uri
-        server.leave(uri)
-        server.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+    async def closed(params: types.DidCloseTextDocumentParams) -> None:
+        await server.close(params.text_document.uri)
+
+    @server.feature(types.SHUTDOWN)
+    async def left(params: None) -> None:
+        await server.end()
 
     _tell_of_places(server)
     _edit(server)
@@ -342,9 +362,8 @@ def _edit(server: SceneServer) -> None:
 
 
 def serve(stream: BinaryIO) -> None:
-    """Serve an editor over standard input and a stream that leads to it, until it leaves."""
-    server = scene_server()
-    try:
-        server.start_io(stdout=stream)
-    finally:
-        server.end()
+    """Serve an editor over standard input and a stream that leads to it, until it leaves.
+
+    Processes that work for an editor that is gone end with this one, whose pipes they read.
+    """
+    scene_server().start_io(stdout=stream)

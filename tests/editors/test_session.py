@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from lagrange_cli.scene import read_text
-from tests.editors.session import Session
+from tests.editors.session import PATIENCE, Session
 
 pytest.importorskip("pygls", reason="the language server needs pygls")
 
@@ -114,6 +116,36 @@ def test_hostile_texts_leave_the_server_answering(session):
     session.replace(session.text, SCENE)
     assert session.about("hover", "position: [l") is not None
     assert session.leave() == 0
+
+
+def test_what_is_closed_has_no_problems(session):
+    session.open("particles: 3\n")
+    assert session.problems() != []
+    session.tell("textDocument/didClose", textDocument={"uri": session.uri})
+    assert session.problems() == []
+    assert session.leave() == 0
+
+
+def test_processes_that_take_too_long_are_ended_and_started_again():
+    from lagrange_cli.editors.server import Helper, LateError
+
+    async def questions():
+        helper = Helper()
+        hover = {"text": SCENE, "file": "f", "line": 3, "column": 3, "derived": None}
+        with pytest.raises(LateError):
+            await helper.ask(0.001, ask="problems", text=SCENE, file="f")
+        assert await helper.ask(PATIENCE, ask="problems", text=SCENE, file="f") == []
+        # The answer to what is cancelled is passed over.
+        cancelled = asyncio.create_task(helper.ask(PATIENCE, ask="problems", text=SCENE, file="f"))
+        await asyncio.sleep(0)
+        cancelled.cancel()
+        answer = await helper.ask(PATIENCE, ask="hover", **hover)
+        assert answer["text"].startswith("**l**")
+        with pytest.raises(RuntimeError, match="KeyError"):
+            await helper.ask(PATIENCE, ask="something else")
+        await helper.end()
+
+    asyncio.run(questions())
 
 
 def test_other_yaml_has_no_problems(session):
