@@ -65,6 +65,9 @@ _SHORTEST, _LONGEST, _USUAL = 1.0, 60.0, 10.0
 #: Longest film that is asked for by its speed, in seconds.
 _MOST_SECONDS = 3600.0
 
+#: Largest height of a panel over its width: a film of what falls is no line of pixels.
+_TALLEST = 2.0
+
 LIGHT, DARK, STILL = "#b8b8b8", "#000000", "#777777"
 
 
@@ -136,7 +139,10 @@ class MovingPictures:
             places += [line for configuration in drawn for _, line in configuration.strokes]
             places += [configuration.bodies for configuration in drawn]
         together = np.concatenate(places)
-        return together.min(axis=0) - _MARGIN, together.max(axis=0) + _MARGIN
+        low, high = together.min(axis=0) - _MARGIN, together.max(axis=0) + _MARGIN
+        width, height = high - low
+        missing = np.array([max(0.0, height / _TALLEST - width) / 2, 0.0])
+        return low - missing, high + missing
 
 
 def animated(pictures: MovingPictures, ending: str) -> bytes:

@@ -14,6 +14,7 @@ import pytest
 from lagrange_cli import load
 from lagrange_cli.errors import InputError
 from lagrange_cli.pictures.moving import animated, motion_pictures
+from lagrange_cli.pictures.sketch.displaced import RestingSketch
 from tests.cli.terminal import lagrange, succeed
 from tests.systems.shipped import SYSTEMS
 
@@ -138,3 +139,16 @@ def test_a_motion_plays_in_notebooks(tmp_path):
     assert "0.5s" in (tmp_path / "swing.svg").read_text(encoding="utf-8")
     with pytest.raises(InputError, match="its own parameters"):
         derivation.simulate(until=1, parameters={"l": 2}).animate()
+
+
+def test_a_disk_on_a_plane_turns_with_its_heading():
+    equations = load(SYSTEMS / "rolling/rolling_disk.yaml").derive().equations
+    times = np.linspace(0, 2, 51)
+    turn, radius = 0.7 * times, 1.5 / 0.7
+    q = np.stack([radius * np.sin(turn), radius * (1 - np.cos(turn)), turn, 3 * times], axis=1)
+    drawn = RestingSketch(equations, q[0]).followed(q, times)
+    for number in (10, 25, 40):
+        rim = next(line for kind, line in drawn.moved[number].strokes if kind == "wheel")
+        across = rim[np.linalg.norm(rim - rim[0], axis=1).argmax()] - rim[0]
+        direction = np.arctan2(across[1], across[0])
+        assert np.sin(direction - turn[number]) == pytest.approx(0, abs=1e-9)

@@ -29,7 +29,7 @@ class Stage {
       const opposite = located(at, across, system.positions(t, across, p));
       places[k] = places[turned].map((x, i) => (x + opposite[i]) / 2);
     });
-    return { y, p, positions, places };
+    return { t, y, p, positions, places };
   }
 
   places(t, y, p) {
@@ -70,12 +70,29 @@ class Stage {
     );
   }
 
+  /** Where the centre of a wheel goes as its angle grows: a disk on a plane turns about its normal. */
+  heading(wheel, { t, y, p, positions, places }) {
+    const by = 1e-6 * (span[1] - span[0]);
+    const ahead = y.map((value, k) => (k < count ? value + by * y[count + k] : value));
+    const moved = system.positions(t, ahead, p);
+    const [source, k] = wheel.angle ?? [];
+    const turn = source === 'coordinate' ? ahead[k] - y[k] : moved[k] - positions[k];
+    const way = located(this.stage.bodies[wheel.body].at, ahead, moved)
+      .map((x, i) => x - places[wheel.body][i]);
+    const rise = dot(way, wheel.normal);
+    const along = way.map((x, i) => x - rise * wheel.normal[i]);
+    const length = Math.hypot(...along) * Math.sign(turn);
+    return Math.abs(length) > 1e-12 ? along.map((x) => x / length) : wheel.towards;
+  }
+
   /** The rim of a wheel and its spoke, if its angle is known. */
-  wheel(wheel, { y, p, positions, places }) {
+  wheel(wheel, scene) {
+    const { y, p, positions, places } = scene;
     const centre = places[wheel.body];
+    const towards = wheel.ground ? wheel.towards : this.heading(wheel, scene);
     const radius = wheel.isParameter ? p[wheel.radius] : wheel.radius;
     const rim = (angle) => centre.map(
-      (x, i) => x - radius * (Math.cos(angle) * wheel.normal[i] + Math.sin(angle) * wheel.towards[i]),
+      (x, i) => x - radius * (Math.cos(angle) * wheel.normal[i] + Math.sin(angle) * towards[i]),
     );
     const line = Array.from({ length: 61 }, (_, k) => rim((2 * Math.PI * k) / 60));
     if (!wheel.angle || (wheel.ground && !wheel.isStraight)) return [line];

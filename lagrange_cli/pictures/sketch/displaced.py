@@ -238,14 +238,34 @@ class _Drawing:
     def _rim(self, wheel: Wheel, number: int) -> list[tuple[StrokeKind, Array]]:
         """Draw a wheel, with a spoke where its angle is a coordinate."""
         centre = self.known.places[number, wheel.particle]
-        strokes: list[tuple[StrokeKind, Array]] = [("wheel", self.at(wheel.rim(centre, _ROUND)))]
+        angles = self._angles(wheel)
+        if angles is None:
+            return [("wheel", self.at(wheel.rim(centre, _ROUND)))]
+        headed = self._headed(wheel, angles, number)
+        spoke = np.stack([centre, *headed.rim(centre, angles[number : number + 1])])
+        return [("wheel", self.at(headed.rim(centre, _ROUND))), ("wheel", self.at(spoke))]
+
+    def _angles(self, wheel: Wheel) -> Array | None:
+        """Return the angle of a wheel at all configurations, None if it is no coordinate."""
         configurations = self.known.configurations
         names = [c.name for c in configurations.equations.system.coordinates]
-        if wheel.name in names:
-            angle = configurations.q[number, names.index(wheel.name)]
-            spoke = self.at(np.stack([centre, *wheel.rim(centre, np.array([angle]))]))
-            strokes.append(("wheel", spoke))
-        return strokes
+        return configurations.q[:, names.index(wheel.name)] if wheel.name in names else None
+
+    def _headed(self, wheel: Wheel, angles: Array, number: int) -> Wheel:
+        """Return a wheel as it heads at a configuration: a disk on a plane turns about its normal.
+
+        Its heading is that between the neighbours of the configuration.
+        """
+        before, after = max(1, number - 1), min(self.count - 1, number + 1)
+        if wheel.ground is not None or before >= after:
+            return wheel
+        places = self.known.places[:, wheel.particle]
+        way = places[after] - places[before]
+        way = way - (way @ wheel.normal) * wheel.normal
+        length, turn = float(np.linalg.norm(way)), float(angles[after] - angles[before])
+        if length <= 1e-9 * wheel.radius or turn == 0:
+            return wheel
+        return replace(wheel, towards=np.sign(turn) * way / length)
 
     def still(self, curves: Sequence[Guide]) -> tuple[tuple[StrokeKind, Array], ...]:
         """Draw the ground of fixed pivots, and curves of constraints on single particles."""
