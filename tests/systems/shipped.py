@@ -32,13 +32,16 @@ JOINTS = {
         "benchmark_bicycle",
         "bricards_linkage",
         "crank_and_slider",
+        "eulers_disk",
         "flyball_governor",
         "leaning_disk",
         "marble_in_bowl",
         "marble_on_turntable",
         "rod_on_two_wires",
         "roller_in_cylinder",
+        "segway",
         "sliding_ladder",
+        "squeezer_of_bodies",
         "yo_yo",
     )
 }
@@ -48,7 +51,9 @@ JOINTS = {
 APART = {
     **JOINTS,
     "bicycle": SYSTEMS / "rolling" / "bicycle.yaml",
+    "quadrotor": SYSTEMS / "bodies" / "quadrotor.yaml",
     "kuka_iiwa": SYSTEMS / "robots" / "kuka_iiwa.yaml",
+    "scara": SYSTEMS / "robots" / "scara.yaml",
     **{p.stem: p for p in sorted((SYSTEMS / "actuators").glob("*.yaml"))},
     **{p.stem: p for p in sorted((SYSTEMS / "switching").glob("*.yaml"))},
     **{p.stem: p for p in sorted((SYSTEMS / "data").glob("*.yaml"))},

@@ -211,3 +211,15 @@ def test_a_golf_ball_comes_up_again_and_its_wall_carries_it() -> None:
 def test_a_marble_in_a_bowl_has_parts_of_one_force() -> None:
     found = reactions("marble_in_bowl")
     assert {role for _, role in found.values()} == {("part", "ball", "sphere")}
+
+
+@pytest.mark.slow
+def test_two_wheels_on_an_axle_have_three_redundant_equations() -> None:
+    """Each touches the floor by its place, and one keeps the other from slipping sideways."""
+    equations = derivation("segway").equations
+    account = equations.derivation.account
+    lines = {line.name: line for line in account.lines}
+    assert (lines["left"].idle, lines["right"].idle) == (1, 2)
+    assert account.nonholonomic == 3
+    said = [warning.hint or "" for warning in equations.derivation.warnings]
+    assert any("right does not slip along direction 2 of the plane" in hint for hint in said)

@@ -60,6 +60,19 @@ def _acrobot(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return first + second + coupled - p.g * height
 
 
+def _gyroscope_in_gimbals(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    outer = p.C2 + (p.A + p.B1) * sin(q.theta) ** 2 + p.C1 * cos(q.theta) ** 2
+    across = HALF * outer * v.phi**2 + HALF * (p.A + p.A1) * v.theta**2
+    return across + HALF * p.C * (v.psi + v.phi * cos(q.theta)) ** 2
+
+
+def _ballbot(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    rolling = HALF * (p.m + Rational(7, 5) * p.M) * p.r**2 * v.phi**2
+    coupled = p.m * p.c * p.r * v.phi * v.theta * cos(q.theta)
+    falling = HALF * (p.J + p.m * p.c**2) * v.theta**2 - p.m * p.g * p.c * cos(q.theta)
+    return rolling + coupled + falling
+
+
 def _planar_quadrotor(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     kinetic = HALF * p.m * (v.x**2 + v.z**2) + HALF * p.I * v.theta**2
     return kinetic - p.m * p.g * q.z
@@ -83,6 +96,8 @@ BODIES: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "sleeping_top": _top_off_the_vertical,
     "reaction_wheel_pendulum": _reaction_wheel_pendulum,
     "acrobot": _acrobot,
+    "ballbot": _ballbot,
+    "gyroscope_in_gimbals": _gyroscope_in_gimbals,
     "planar_quadrotor": _planar_quadrotor,
     "cart_pole": _cart_pole,
     "double_rod": _double_rod,

@@ -31,8 +31,9 @@ from lagrange_cli.mechanics.reduction.geometry import Geometry, IdentityFinder, 
 from lagrange_cli.mechanics.symbols.convert import total_derivative
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import quoted
-from lagrange_cli.scene.bodies import bodies_of
+from lagrange_cli.scene.bodies import ComposedExpression, bodies_of
 from lagrange_cli.scene.language.expression import Equation
+from lagrange_cli.scene.model import Constraint
 
 
 def balanced_account(
@@ -351,20 +352,24 @@ def _warnings(geometry: Geometry, dependent: Mapping[int, tuple[int, ...]]) -> l
             for k, by in dependent.items()
             if not stated[k].joint
         ),
-        *(_idle_joint(stated, name, numbers, dependent) for name, numbers in joints.items()),
+        *(
+            _idle_joint(stated, constraint, joints[constraint.name], dependent)
+            for constraint in geometry.names.scene.constraints
+            if constraint.name in joints
+        ),
     ]
 
 
 def _idle_joint(
     stated: Sequence[StatedEquation],
-    name: str,
+    constraint: Constraint,
     numbers: Sequence[int],
     dependent: Mapping[int, tuple[int, ...]],
 ) -> Problem:
     """Warn of equations of a joint that others imply: a loop that moves though it has too many."""
-    count = sum(s.constraint == name for s in stated)
+    name, count = constraint.name, len(constraint.equations)
     by = dict.fromkeys(stated[j].constraint for k in numbers for j in dependent[k])
-    further = [constraint for constraint in by if constraint != name]
+    further = [other for other in by if other != name]
     reasons = ["its others"] if name in by else []
     reasons += [quoted(further)] if further else []
     are = "is" if len(numbers) == 1 else "are"
@@ -385,6 +390,14 @@ def redundant_warning(
 ) -> Problem:
     nothing = "implied by the definitions" if by_definitions else "it restricts nothing"
     reason = f"implied by {quoted(by)}" if by else nothing
+    if isinstance(equation.left, ComposedExpression):
+        return Problem(
+            f"an equation of constraint '{name}' is redundant: {reason}",
+            equation.mark(),
+            hint=f"redundant: {equation.text}",
+            rule="redundant",
+            severity="warning",
+        )
     return Problem(
         f"constraint '{name}' is redundant: {reason}",
         equation.mark(),

@@ -21,6 +21,7 @@ def with_velocities(
 ) -> Account:
     """Add constraints on velocities to the account; integrable ones count to K."""
     redundant = {levels[k].constraint: by for k, by in independent.redundant.items()}
+    idle = [levels[k].constraint for k in independent.redundant]
     names = {levels[k].constraint for k in independent.numbers}
     integrable = independent.integrable == len(independent.numbers)
 
@@ -29,6 +30,8 @@ def with_velocities(
     def line(line: ConstraintLine) -> ConstraintLine:
         line = replace(line, rheonomic=line.rheonomic or line.name in moving)
         if line.name in names:
+            if line.joint:
+                line = replace(line, idle=line.idle + idle.count(line.name))
             return line if integrable else replace(line, status="nonholonomic")
         if line.name in redundant:
             return replace(line, status="redundant", implied_by=redundant[line.name])
@@ -52,7 +55,11 @@ def without_redundant_rates(
         by[one.constraint] = (*by.get(one.constraint, ()), *one.implied_by)
     gone = by.keys() - {name for name, _ in remaining}
 
+    idle = [one.constraint for one in dropped]
+
     def line(line: ConstraintLine) -> ConstraintLine:
+        if line.joint:
+            line = replace(line, idle=line.idle + idle.count(line.name))
         if line.name not in gone or line.status != "independent":
             return line
         others = dict.fromkeys(n for n in by[line.name] if n != line.name)
