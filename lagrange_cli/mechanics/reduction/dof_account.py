@@ -369,7 +369,7 @@ def _idle_joint(
     """Warn of equations of a joint that others imply: a loop that moves though it has too many."""
     name, count = constraint.name, len(constraint.equations)
     by = dict.fromkeys(stated[j].constraint for k in numbers for j in dependent[k])
-    further = [other for other in by if other != name]
+    further = [cause for cause in by if cause != name]
     reasons = ["its others"] if name in by else []
     reasons += [quoted(further)] if further else []
     are = "is" if len(numbers) == 1 else "are"
