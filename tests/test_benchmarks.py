@@ -234,6 +234,18 @@ def test_long_runs_are_compared_with_elliptic_functions(tmp_path: Path) -> None:
     assert page.read_text().count("\n| Gauss6 |") == len(rows)
 
 
+def test_a_tumbling_body_keeps_its_energy_and_its_length(tmp_path: Path) -> None:
+    _needs_compiler()
+    output = tmp_path / "tumbling.json"
+    run_benchmark("tumbling", "--turns", "300", "--samples", "21", "--json", output)
+    last = json.loads(output.read_text())[-1]
+    assert last["turns"] == 300
+    assert last["energy"] < 3e-13
+    assert last["length"] < 1e-15
+    assert last["momentum"] < 3e-13
+    assert last["spin"] < 1e-9
+
+
 @pytest.mark.slow
 @pytest.mark.compiler
 def test_the_cost_of_the_promise_is_that_of_every_scene(tmp_path: Path) -> None:

@@ -50,6 +50,7 @@ JOINTS = {
 #: first order, whose forces switch, or that read tables; there are files of tests for them.
 APART = {
     **JOINTS,
+    "dzhanibekov": SYSTEMS / "bodies" / "dzhanibekov.yaml",
     "bicycle": SYSTEMS / "rolling" / "bicycle.yaml",
     "quadrotor": SYSTEMS / "bodies" / "quadrotor.yaml",
     "kuka_iiwa": SYSTEMS / "robots" / "kuka_iiwa.yaml",
