@@ -60,6 +60,8 @@ def kind(equations: Equations) -> str:
     system = equations.system
     if system.contacts:
         return "one-sided constraints"
+    if system.switches:
+        return "states with two values"
     if any(u.recording is not None for u in system.inputs):
         return "inputs from a file"
     if system.inputs:

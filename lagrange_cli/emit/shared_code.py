@@ -74,23 +74,11 @@ def input_lines(equations: Equations) -> list[str]:
     return lines
 
 
-def require_no_switches(equations: Equations, run: str) -> None:
-    """Refuse states with two values where emitted code has a run that would not change them.
-
-    Raises
-    ------
-    InputError
-        There are some; ``run`` is what would miss them.
-    """
-    for state in equations.system.switches:
-        raise InputError(
-            Problem(
-                f"{run} does not find where the state '{state.name}' changes between its values",
-                Mark(equations.presentation.file, 1, 1),
-                "--to c has a function for that, and no run",
-                "emit-switch",
-            )
-        )
+def switch_places(equations: Equations) -> tuple[int, ...]:
+    """Return the places of the states with two values in a state y."""
+    system = equations.system
+    numbers = (k for k, state in enumerate(system.states) if state.switch is not None)
+    return tuple(system.layout.place("z", k) for k in numbers)
 
 
 def programs_of_momenta(equations: Equations) -> dict[str, Program]:

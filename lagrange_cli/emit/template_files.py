@@ -6,7 +6,7 @@ compiler, or Python's parser, can read it; tests have them do so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pkgutil import get_data
 
@@ -46,3 +46,27 @@ def filled(template: str, replacements: Mapping[str, str]) -> str:
     for token, text in replacements.items():
         template = template.replace(token, text)
     return template
+
+
+def event_lines(
+    text: Callable[[str], str], kinds: Sequence[str], test: tuple[str, str], indent: str, tab: str
+) -> str:
+    """Return the lines of a run behind an event, from the templates of a language.
+
+    Parameters
+    ----------
+    text
+        Returns the template of a name: ``happens_contacts``, ``happens_switches``, and
+        ``happens_both`` for what follows where there are both.
+    kinds
+        ``contacts`` and ``switches``, those that there are.
+    test
+        Lines around what events of contacts alone do.
+    indent, tab
+        Spaces before each line, and before what stands between the lines of the test.
+    """
+    lines = {kind: text(f"happens_{kind}").splitlines() for kind in kinds}
+    if len(kinds) > 1:
+        lines["contacts"] = [test[0], *(tab + line for line in lines["contacts"]), test[1]]
+        lines["both"] = text("happens_both").splitlines()
+    return "".join(f"{indent}{line}\n" for part in lines.values() for line in part)

@@ -21,6 +21,7 @@ PYTHON_NAMES = sorted(path.name.removesuffix(".py.in") for path in (FOLDER / "py
 
 #: What lies within a function of another template, which is tested with it.
 PARTS = ["project_positions", "projection_positions", "main_missing", "casadi_inputs"]
+PARTS += [f"happens_{kind}" for kind in ("contacts", "switches", "both")]
 
 STATE = "@REAL@ t, const @REAL@ *y, const @REAL@ *u, const system_params *p"
 CANONICAL = STATE.replace("*y", "*z")
@@ -78,7 +79,6 @@ MAIN_VALUES = {
     "@START@": "@ZERO@",
     "@STEP@": "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)",
     "@STEPPED@": "0",
-    "@COUNT@": "3",
     "@STATE_NAMES@": '"a", "b", "c", "dot(a)", "dot(b)", "dot(c)"',
     "@GIVEN@": "1, 1, 1, 1, 1, 1",
     "@INITIAL@": "0, 0, 0, 0, 0, 0",
@@ -92,7 +92,15 @@ MAIN_VALUES = {
     "@PLACES@": "3",
     **dict.fromkeys(["@RECORDED@", "@MODE@", "@INPUTS@", "@ADVANCE@", "@MODES@", "@SEARCH@"], ""),
     **dict.fromkeys(["@START_CHECKED@", "@PARAMETERS@", "@NEEDED@", "@WITHIN@"], ""),
-    **dict.fromkeys(["@START_PROJECTED@", "@CLEAR@", "@BEGUN@"], ""),
+    **dict.fromkeys(
+        ["@START_PROJECTED@", "@CLEAR@", "@BEGUN@", "@IGNORED@", "@NAMED@", "@NOW@"], ""
+    ),
+    "@MODED@": "mode, ",
+    "@MODE_CHANGED@": "int *mode,",
+    "@COUNT@": "@NAME@_CONTACTS",
+    "@VALUES@": "mode",
+    "@HAPPENS@": "        status = event < 0 || work[0] > t;\n",
+    "@BEGIN_VALUES@": "    status = @NAME@_change(t, y, 0, p, -1, work);\n",
 }
 
 #: Values of single templates.
@@ -104,6 +112,11 @@ OWN_VALUES = {
     },
     "events_and_surfaces": {"@CONTACTS@": "2"},
     "guarded_lanes": {"@NUMBERS@": "6"},
+    "switches": {
+        "@CHANGE@": f"{MOVED}, int event, @REAL@ *work",
+        "@S@": "1",
+        "@CALL@": "    return event < places[0];",
+    },
     "mode_project": {"@STATE@": f"{MOVED}, const int *mode, @REAL@ *work"},
     "project": {"@ARGUMENTS@": f"{MOVED}, const @REAL@ *contact, @REAL@ *work"},
     "whole_jacobian": {
@@ -207,7 +220,17 @@ PYTHON_VALUES = {
 
 #: Those of templates in which a token has another meaning.
 PYTHON_OWN = {
-    "integrate_contacts": {"@U@": ", held", "@EVENTS@": "100"},
+    "integrate_events": {
+        "@U@": ", held",
+        "@EVENTS@": "100",
+        "@IN@": ", mode",
+        "@MODED@": ", mode=mode",
+        "@STEPPED@": "y",
+        "@FALLS@": "events(t, y, self.p)",
+        "@HELD_MODE@": ", mode",
+        "@VALUES@": "mode",
+        "@HAPPENS@": "        break\n",
+    },
     "integrate": {"@U@": ", held", "@LED@": ""},
     "whole_jacobian": {"@FUNCTION@": "jacobian", "@CONSTANT@": "JACOBIAN"},
     "main": {"@STATES@": ", *STATES", "@STEPS@": "20"},
@@ -231,7 +254,7 @@ def test_every_template_is_used(folder: str, suffix: str) -> None:
     for path in (FOLDER / folder).iterdir():
         assert path.name.endswith(suffix)
         name = path.name.removesuffix(suffix)
-        stem = re.sub("^(mode|interface)_", "", name)
+        stem = re.sub("^(mode|interface|happens)_", "", name)
         assert re.search(f"""['"]({name}|{stem})['"]""", texts)
 
 

@@ -73,9 +73,6 @@ BODIES = frozenset(p.stem for p in (SYSTEMS / "bodies").glob("*.yaml"))
 #: Scenes whose equations hold tables, or cases of `piecewise`: SymPy writes no code for them.
 IN_PIECES = frozenset({"engine_on_a_brake", "engine_with_a_throttle", "play_between_springs"})
 
-#: Scenes with states of two values, which no language but C holds.
-SWITCHED = frozenset({"hit_and_miss_engine", "slider_with_play"})
-
 CONTACTS = [name for name, p in SCENES.items() if p.parent.name == "contact"]
 
 #: Scenes of which each differs from the others in structure: that each key and each formulation,

@@ -9,7 +9,7 @@ contacts in an array.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from lagrange_cli.emit.c.solvers import routine_texts
@@ -105,6 +105,37 @@ def _multipliers(programs: Mapping[str, Program]) -> int:
     return sum(len(block.closures) for block in programs["contact_multipliers"].blocks)
 
 
+def change_text(programs: Mapping[str, Program], target: CTarget, places: Sequence[int]) -> str:
+    """Return the definition of ``NAME_change``; empty without states with two values.
+
+    Parameters
+    ----------
+    places
+        Places of these states in y.
+    """
+    if not places:
+        return ""
+    size, count = programs["switches"].layout.size, len(places)
+    start = _workspace_below_change(programs)
+    arguments = f"{size}, {count}, t, u, p, work, event < 0 ? {count} : event"
+    arrays = f"places, y, work + {start}, work + {start + count}"
+    call = f"return {target.prefix}_change_values({arguments}, {arrays});"
+    tokens = {
+        "@CHANGE@": change_arguments(target),
+        "@S@": str(count),
+        "@PLACES@": ", ".join(map(str, places)),
+        "@CALL@": _statement(call),
+    }
+    return "\n".join(
+        [*routine_texts(["change_values"], target), target.fill(c_template("switches"), tokens)]
+    )
+
+
+def change_arguments(target: CTarget) -> str:
+    """Return the parameter list of the function that changes states with two values."""
+    return _with_further(target, "int event, ").state_arguments()
+
+
 def residual_text(programs: Mapping[str, Program], target: CTarget) -> str:
     """Return the helpers of all projections; empty if there is none."""
     used = any(name.endswith("velocity_change") for name in programs)
@@ -151,7 +182,17 @@ def workspace_size(programs: Mapping[str, Program]) -> int:
     each = max(map(program_workspace_size, programs.values()))
     projections = (_projection_workspace(programs, prefix) for prefix in ("", "contact_"))
     behind = max(map(given_size, programs.values()))
-    return behind + max(each, *projections, impact_workspace_size(programs))
+    change = _workspace_below_change(programs) + 2 * _switches(programs)
+    return behind + max(each, *projections, impact_workspace_size(programs), change)
+
+
+def _workspace_below_change(programs: Mapping[str, Program]) -> int:
+    return program_workspace_size(programs["switches"]) if "switches" in programs else 0
+
+
+def _switches(programs: Mapping[str, Program]) -> int:
+    """Return the number of states with two values, each of which has a number."""
+    return result_count(programs["switches"]) if "switches" in programs else 0
 
 
 def _projection_workspace(programs: Mapping[str, Program], prefix: str) -> int:

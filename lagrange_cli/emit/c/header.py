@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from lagrange_cli.emit.c.constraints import _reset_arguments, mode_target
+from lagrange_cli.emit.c.constraints import _reset_arguments, change_arguments, mode_target
 from lagrange_cli.emit.c.further import (
     canonical_declarations,
     derivative_declarations,
@@ -38,10 +38,17 @@ int @NAME@_outputs(@OUT@);
 _SWITCHES = """
 /*
  * out[0..@NAME@_SWITCHES-1]: of each state with two values, in their order, what is
- * positive as long as its value stays. Where a number falls through zero, find when,
- * make the state 1 - x there, and go on.
+ * positive as long as its value stays. Where a number falls through zero, say number k,
+ * find when; call @NAME@_change there with event = k; go on. Begin with event = -1.
  */
 int @NAME@_switches(@OUT@);
+
+/*
+ * Changes states with two values: that of the event, and those whose number is below
+ * zero; at a start (event = -1) zero counts as that. Returns 1 where a number is not
+ * known, 4 where both conditions of a state hold; y is then meaningless.
+ */
+int @NAME@_change(@CHANGE@);
 """
 
 
@@ -147,6 +154,7 @@ def _declarations(
         .replace("@CONSTRAINTS@", _ZEROS_CLOSED if equations.system.closures else _ZEROS)
         .replace("@PROJECT@", outer.state_arguments())
         .replace("@RESET@", _reset_arguments(target))
+        .replace("@CHANGE@", change_arguments(target))
         .replace("@LAST@", "2n+@NAME@_STATES-1" if equations.system.states else "2n-1")
         .replace("@NAME@", target.prefix)
     )

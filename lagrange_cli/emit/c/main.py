@@ -7,6 +7,7 @@ from the polynomials of their interpolation.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,8 +15,13 @@ from lagrange_cli.emit.c.solvers import routine_texts
 from lagrange_cli.emit.c.target import CTarget, Real, c_string
 from lagrange_cli.emit.initial_state import ROWS, residual_labels, steps_per_row
 from lagrange_cli.emit.naming import comment_text
-from lagrange_cli.emit.shared_code import described_input, polynomial_rows, recorded_inputs
-from lagrange_cli.emit.template_files import c_template, filled
+from lagrange_cli.emit.shared_code import (
+    described_input,
+    polynomial_rows,
+    recorded_inputs,
+    switch_places,
+)
+from lagrange_cli.emit.template_files import c_template, event_lines, filled
 from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 from lagrange_cli.program.solvers.tolerances import MOST_EVENTS_A_STEP, MOST_REBOUNDS
 
@@ -83,6 +89,12 @@ _REASON_IN_CONTACT = (
     '                        : status == 4 ? "the contacts leave no motion"\n'
     '                        : "contacts open and close without end"'
 )
+_REASON_AT_SWITCH = (
+    'status == 1 ? "singular mass matrix"\n'
+    '                        : status == 2 ? "result is not finite"\n'
+    '                        : status == 4 ? "a state with two values has neither"\n'
+    '                        : "states with two values change without end"'
+)
 
 _STEP = "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)"
 
@@ -93,49 +105,117 @@ _BEGUN = """\
 """
 
 
-def contact_replacements(equations: Equations, target: CTarget, recorded: str) -> dict[str, str]:
-    """Return token → text for the places in ``main`` that contacts fill; little without any.
+#: What a run with states with two values knows beside its contacts.
+_SWITCHED = """\
+    static const char *const switches[] = {@SWITCHES@};
+    static const int places[] = {@SWITCH_PLACES@};
+    static int now[@COUNT@];
+    int k;
+"""
+
+_NOW_MODE = """\
+        memcpy(now, mode, @NAME@_CONTACTS*sizeof *now);
+"""
+
+_NOW_VALUES = """\
+        for (k = 0; k < @NAME@_SWITCHES; ++k) {
+            now[@FIRST@k] = y[places[k]] > @ZERO@;
+        }
+"""
+
+_BEGUN_SWITCHES = """\
+    if (@NAME@_begin_values(start, y, &p) != 0) {
+        return 2;
+    }
+"""
+
+
+def event_replacements(equations: Equations, target: CTarget, recorded: str) -> dict[str, str]:
+    """Return token → text for the places in ``main`` that events fill; little without any.
 
     Parameters
     ----------
     recorded
         Statements that set ``u`` to the recorded inputs at time t.
     """
-    if not equations.system.contacts:
+    contacts, switches = equations.system.contacts, equations.system.switches
+    if not (contacts or switches):
         none = ("@MODE@", "@MODED@", "@CLEAR@", "@ADVANCE@", "@MODES@", "@BEGUN@")
         return {**dict.fromkeys(none, ""), "@STEP@": _STEP}
-    names = (c_string(comment_text(contact.name)) for contact in equations.system.contacts)
-    u = "u" if equations.system.inputs else "0"
-    bounce = f"events < {MOST_REBOUNDS} ? @ONE@ : @ZERO@"
-    calls = {
-        "@EVENTS@": ("    ", f"events(t, y, {u}, p, mode, work, out)"),
-        "@RESET@": ("        ", f"reset(t, y, {u}, p, mode, event, {bounce}, work)"),
-        "@BEGIN@": ("    ", f"reset(t, y, {u}, p, mode, -1, @ONE@, work)"),
-    }
+    count = " + ".join(["@NAME@_CONTACTS"] * bool(contacts) + ["@NAME@_SWITCHES"] * bool(switches))
+    count = f"({count})" if contacts and switches else count
+    named = "    static const char *const contacts[] = {@CONTACTS@};\n" if contacts else ""
+    now = _NOW_MODE * bool(contacts) + _NOW_VALUES
+    texts = [c_template("main_events"), *([c_template("main_contacts")] if contacts else [])]
+    texts += [c_template("main_switches")] if switches else []
     return {
-        "@MODE@": "const int *mode, ",
-        "@MODED@": "mode, ",
-        "@CLEAR@": "0, ",
-        "@ADVANCE@": "\n" + c_template("main_contacts"),
-        "@MODES@": "    static int mode[@NAME@_CONTACTS];\n",
-        "@BEGUN@": _BEGUN,
+        "@ADVANCE@": "\n" + "\n".join(texts),
+        "@HAPPENS@": event_lines(
+            c_template,
+            ["contacts"] * bool(contacts) + ["switches"] * bool(switches),
+            ("if (event < @NAME@_CONTACTS) {", "}"),
+            *("        ", "    "),
+        ),
+        "@IGNORED@": "" if contacts else "    (void)mode;\n",
+        "@NAMED@": named + (_SWITCHED if switches else ""),
+        "@NOW@": now if switches else "",
+        "@VALUES@": "now" if switches else "mode",
+        "@FIRST@": "@NAME@_CONTACTS + " if contacts else "",
+        "@COUNT@": count,
+        "@MODE@": "const int *mode, " if contacts else "",
+        "@MODE_CHANGED@": "int *mode," if contacts else "",
+        "@MODED@": "mode, " if contacts else "",
+        "@CLEAR@": "0, " if contacts else "",
+        "@MODES@": "    static int mode[@NAME@_CONTACTS];\n" if contacts else "",
+        "@BEGUN@": (_BEGUN if contacts else "") + (_BEGUN_SWITCHES if switches else ""),
         "@SEARCH@": "\n".join(routine_texts(["advance"], target)),
-        "@STEP@": _STEP.replace("step(", "follow(").replace("&p, y", "&p, mode, y"),
-        **{place: _called(equations, recorded, *call) for place, call in calls.items()},
-        "@CONTACTS@": ", ".join(names),
+        "@STEP@": _STEP.replace("step(", "follow(").replace(
+            "&p, y", "&p, mode, y" if contacts else "&p, y"
+        ),
+        **_event_calls(equations, recorded),
+        "@CONTACTS@": ", ".join(c_string(comment_text(contact.name)) for contact in contacts),
+        "@SWITCHES@": ", ".join(c_string(comment_text(s.name)) for s in switches),
+        "@SWITCH_PLACES@": ", ".join(map(str, switch_places(equations))),
         "@MOST@": str(MOST_EVENTS_A_STEP),
         "@BOUNCES@": str(MOST_REBOUNDS),
     }
 
 
-def _called(equations: Equations, recorded: str, space: str, call: str) -> str:
-    """Write a call that sets ``status``, with the inputs at its time."""
-    if not equations.system.inputs:
-        return f"{space}status = @NAME@_{call};\n"
-    inputs = "u" if recorded else "0"
-    lines = [line.strip() for line in recorded.splitlines()]
-    lines += [f"status = @NAME@_inputs(t, y, {inputs}, p, work, u);", "if (status == 0) {"]
-    lines += [f"    status = @NAME@_{call};", "}"]
+def _event_calls(equations: Equations, recorded: str) -> dict[str, str]:
+    """Return token → statements that set ``status`` by functions of events."""
+    contacts, switches = equations.system.contacts, equations.system.switches
+    u = "u" if equations.system.inputs else "0"
+    bounce = f"events < {MOST_REBOUNDS} ? @ONE@ : @ZERO@"
+    number = "event < @NAME@_CONTACTS ? -1 : event - @NAME@_CONTACTS" if contacts else "event"
+    numbers = [f"events(t, y, {u}, p, mode, work, out)"] if contacts else []
+    behind = "out + @NAME@_CONTACTS" if contacts else "out"
+    numbers += [f"switches(t, y, {u}, p, work, {behind})"] if switches else []
+    calls = {
+        "@EVENTS@": (4, numbers),
+        "@RESET@": (4, [f"reset(t, y, {u}, p, mode, event, {bounce}, work)"]),
+        "@SETTLED@": (0, [f"reset(t, y, {u}, p, mode, -1, @ONE@, work)"]),
+        "@CHANGED@": (0, [f"change(t, y, {u}, p, {number}, work)"]),
+        "@BEGIN@": (4, [f"reset(t, y, {u}, p, mode, -1, @ONE@, work)"]),
+        "@BEGIN_VALUES@": (4, [f"change(t, y, {u}, p, -1, work)"]),
+    }
+    return {
+        place: _called(equations, recorded, " " * space, call)
+        for place, (space, call) in calls.items()
+    }
+
+
+def _called(equations: Equations, recorded: str, space: str, calls: Sequence[str]) -> str:
+    """Write calls that set ``status``, each as long as that is 0, with the inputs at their time."""
+    lines = []
+    if equations.system.inputs:
+        inputs = "u" if recorded else "0"
+        lines += [line.strip() for line in recorded.splitlines()]
+        calls = [f"inputs(t, y, {inputs}, p, work, u)", *calls]
+    for k, call in enumerate(calls):
+        if k:
+            lines += ["if (status == 0) {", f"    status = @NAME@_{call};", "}"]
+        else:
+            lines.append(f"status = @NAME@_{call};")
     return "".join(f"{space}{line}\n" for line in lines)
 
 
@@ -197,7 +277,7 @@ def main_text(equations: Equations, target: CTarget) -> str:
         "@RECORD@": recorded.setting,
         "@GIVEN_INPUTS@": "u" if recorded.setting else "0",
         **_projection(equations),
-        **contact_replacements(equations, target, recorded.setting.replace(*_NOW)),
+        **event_replacements(equations, target, recorded.setting.replace(*_NOW)),
         **_size(equations),
         "@INPUTS@": "    static @REAL@ u[@NAME@_INPUTS];\n" if equations.system.inputs else "",
         "@TOLERANCE@": real.value(max(START_TOLERANCE, 1024.0 * float(real.epsilon))),
@@ -232,6 +312,8 @@ def _projection(equations: Equations) -> dict[str, str]:
         if equations.system.contacts
         else _REASON_CLOSED
         if closed
+        else _REASON_AT_SWITCH
+        if equations.system.switches
         else _REASON,
     }
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.cache import digest
 from lagrange_cli.emit.c.body import function_text
 from lagrange_cli.emit.c.constraints import (
+    change_text,
     contact_target,
     interface_text,
     mode_workspace_size,
@@ -37,7 +38,7 @@ from lagrange_cli.emit.c.steps import require_steps, step_declarations, step_tex
 from lagrange_cli.emit.c.target import CTarget, real_type
 from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
-from lagrange_cli.emit.shared_code import programs_of_momenta, require_no_switches
+from lagrange_cli.emit.shared_code import programs_of_momenta, switch_places
 from lagrange_cli.program.emitted_functions import (
     constraint_programs,
     contact_programs,
@@ -91,7 +92,6 @@ def emit_c(
     """
     if options["main"]:
         require_a_program(equations)
-        require_no_switches(equations, "the program of --main")
     steps = require_steps(equations, options)
     target = CTarget.of(equations, real_type(str(options["real"])))
     programs = _programs(equations)
@@ -184,6 +184,7 @@ def _source(
         parts.append(function_text(function, program, inner if flags else target))
     parts += [*pattern_texts(programs, target, contacts=bool(contacts))]
     parts += [residual_text(programs, target), project_text(programs, target)]
+    parts.append(change_text(programs, target, switch_places(equations)))
     if contacts:
         parts.append(interface_text(programs, target, contacts))
     return "\n".join(part for part in parts if part)

@@ -25,7 +25,7 @@ from lagrange_cli.emit.fmu.variables import (
 )
 from lagrange_cli.emit.naming import unique_identifiers
 from lagrange_cli.emit.template_files import filled, unit_template
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.toolchain.shared_library import CSource, portable_object
 from lagrange_cli.version import __version__
@@ -73,11 +73,11 @@ def emit_fmu(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     InputError
         The system cannot be a unit: nothing moves, or a start or a parameter has no value.
     """
-    # Programs are imported with it, which a unit out of the cache does without.
-    from lagrange_cli.emit.shared_code import require_no_switches
-
     _require_numbers(equations)
-    require_no_switches(equations, "an FMI unit")
+    for state in equations.system.switches:
+        message = f"an FMI unit does not find where the state '{state.name}' changes its value"
+        place = Mark(equations.presentation.file, 1, 1)
+        raise InputError(Problem(message, place, "all other languages do", "emit-switch"))
     version = str(options["fmi"])
     code = _code(equations)
     (source,) = (name for name in code if name.endswith(".c"))

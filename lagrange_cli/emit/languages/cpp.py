@@ -19,6 +19,7 @@ from lagrange_cli.emit.languages.cpp_program import (
     project_text,
     recorded_text,
     string_literal,
+    switches_text,
 )
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import (
@@ -254,6 +255,7 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     language = Cpp(interface)
     functions = module_functions(language)
     around = [recorded_text(language), contacts_text(language), project_text(language)]
+    around.append(switches_text(language))
     (name,) = unique_identifiers([interface.name], frozenset(_GLOBAL.split()))
     main = [main_text(language, name).strip()] if options["main"] else []
     routines = routine_texts(language)

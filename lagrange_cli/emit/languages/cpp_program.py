@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from math import isfinite
 
-from lagrange_cli.emit.languages.printer import (
+from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
-    Language,
     contact_tokens,
     projection_text,
+    switch_tokens,
+)
+from lagrange_cli.emit.languages.printer import (
+    Language,
 )
 from lagrange_cli.emit.languages.values import Interface
-from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.emit.template_files import event_lines, filled, template
 
 
 def string_literal(text: str) -> str:
@@ -91,9 +94,74 @@ def contacts_text(language: Language) -> str:
     return filled(template("cpp", "contacts.hpp"), tokens).rstrip()
 
 
+def switches_text(language: Language) -> str:
+    """Return the functions that change states with two values, and their names."""
+    interface, switches = language.interface, language.interface.switches
+    if not switches.names:
+        return ""
+    tokens = {
+        **switch_tokens(language),
+        "@NAMES@": "\n".join(f"    {string_literal(name)}," for name in switches.names),
+        **_taken(interface),
+    }
+    return filled(template("cpp", "switches.hpp"), tokens).rstrip()
+
+
+#: Lines that copy a mode, and what a run that stops at events does with it.
+_HELD = """\
+    Mode held{};
+    std::copy_n(mode, held.size(), held.begin());
+"""
+_CONTACT_NUMBERS = """\
+    const auto numbers = events(t, y, @NOW@p, held);
+    std::copy_n(numbers.begin(), numbers.size(), out);
+"""
+_SWITCH_NUMBERS = """\
+    const auto values = switches(t, y, @NOW@p);
+    std::copy_n(values.begin(), values.size(), out@BEHIND@);
+"""
+_VALUES = """\
+        std::array<std::size_t, @C@> now{};
+@MODED@        for (std::size_t k = 0; k < switch_names.size(); ++k) {
+            now[@FIRST@k] = y[switch_places[k]] > T(0) ? 1 : 0;
+        }
+"""
+
+
+def _follow_text(interface: Interface) -> str:
+    """Return the functions of a run that stops at events; nothing without any."""
+    contacts, switches = interface.contacts, interface.switches.names
+    if not interface.events:
+        return ""
+    count = contacts.count if contacts else 0
+    numbers = (_CONTACT_NUMBERS if contacts else "") + (_SWITCH_NUMBERS if switches else "")
+    moded = "        std::copy_n(mode.begin(), mode.size(), now.begin());\n"
+    tokens = {
+        "@HELD@": _HELD if contacts else "    (void)mode;\n",
+        "@IN@": ", held" if contacts else "",
+        "@FALLS@": numbers,
+        "@BEHIND@": f" + {count}" if count else "",
+        "@VALUES@": _VALUES if switches else "",
+        "@MODED@": moded if contacts else "",
+        "@FIRST@": f"{count} + " if count else "",
+        "@VALUES_NOW@": "now" if switches else "mode",
+        "@MODE@": "Mode& mode, " if contacts else "",
+        "@HAPPENS@": event_lines(
+            lambda name: template("cpp", f"{name}.hpp"),
+            interface.event_kinds,
+            (f"if (event < {count}) {{", "}"),
+            *("        ", "    "),
+        ),
+        "@NUMBER@": f", event < {count} ? {len(switches)} : event - {count}"
+        if contacts
+        else ", event",
+    }
+    return filled(template("cpp", "follow.hpp"), tokens) + "\n"
+
+
 def main_text(language: Language, name: str) -> str:
     interface, contacts = language.interface, language.interface.contacts
-    language.routines |= {"advance"} if contacts else set()
+    language.routines |= {"advance"} if interface.events else set()
     size, fields = interface.layout.size, interface.parameters
     names = [*interface.state, *(field.name for field in fields), "until", "steps"]
     values = [
@@ -105,15 +173,20 @@ def main_text(language: Language, name: str) -> str:
     set_ = (f"    p.{f.identifier} = values[{size + k}];\n" for k, f in enumerate(fields))
     begun = template("cpp", "begin.hpp") if interface.closed else ""
     begun += template("cpp", "begin_contacts.hpp") if contacts else ""
+    begun += template("cpp", "begin_switches.hpp") if interface.switches.names else ""
+    begun += template("cpp", "begin_events.hpp") if interface.events else ""
     led = f"project(t + h, next, {_given(interface, 't + h', 't + h', 'next')}p@IN@)"
     step = "y = @NAME@::step(t + k*h, h, y, p);"
-    if contacts:
-        step = "y = @NAME@::follow(t + k*h, h, y, p, mode, largest);"
+    if interface.events:
+        mode = "mode, " if contacts else ""
+        step = f"y = @NAME@::follow(t + k*h, h, y, p, {mode}largest);"
     return filled(
         template("cpp", "main.hpp"),
         {
-            "@FOLLOW@": template("cpp", "follow.hpp") + "\n" if contacts else "",
+            "@FOLLOW@": _follow_text(interface),
             "@BEGUN@": begun,
+            "@C@": str(interface.events),
+            "@TWICE@": str(2 * interface.events),
             "@STEP@": step,
             "@STEPPED@": led if interface.projection else "next",
             "@STAGE@": _given(interface, "at", "t + h/T(2)", "s"),

@@ -20,11 +20,12 @@ from lagrange_cli.emit.languages.fortran_procedures import (
     project_text,
     recorded_text,
     recording_lines,
+    switches_text,
 )
 from lagrange_cli.emit.languages.fortran_program import (
+    event_constants,
     helper_functions,
     main_program,
-    quoted_text,
 )
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.printer import (
@@ -34,7 +35,7 @@ from lagrange_cli.emit.languages.printer import (
     local_arrays,
 )
 from lagrange_cli.emit.languages.values import Interface, takes_mode
-from lagrange_cli.emit.naming import comment_text, file_stem
+from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Argument, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS, Coefficient
@@ -374,15 +375,7 @@ def _constants(language: Fortran) -> Iterator[str]:
         yield "!> Initial state."
         yield from language.broken(f"real(wp), parameter :: initial({len(initial)}) = [{values}]")
     yield from recording_lines(language)
-    contacts = language.interface.contacts
-    if contacts is not None:
-        yield ""
-        yield "!> Names of the contacts, in the order of a mode."
-        head = f"character(len=*), parameter :: contact_names({contacts.count}) = &"
-        width = max(map(len, map(comment_text, contacts.names)))
-        yield head
-        quoted = ", &\n    ".join(map(quoted_text, contacts.names))
-        yield f"  [character(len={width}) :: {quoted}]"
+    yield from event_constants(language.interface)
     for name, table in language.tables.items():
         values = ", ".join(map(str, table))
         yield from language.broken(f"integer, parameter :: {name}({len(table)}) = [{values}]")
@@ -398,6 +391,7 @@ def _module(language: Fortran) -> str:
     functions += [recorded_text(language)] if interface.recorded else []
     functions += [] if contacts is None else [contacts_text(language, contacts)]
     functions += [] if projection is None else [project_text(language, projection)]
+    functions += [switches_text(language)] if interface.switches.names else []
     integrate = integrate_text(language)
     functions += [indent(text, language.tab) for text in routine_texts(language)]
     names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
@@ -406,10 +400,12 @@ def _module(language: Fortran) -> str:
     names += [] if projection is None else ["project"]
     names += ["is_near"] if interface.closed else []
     names += [] if contacts is None else [*contacts.public, "events", "reset", "contact_names"]
+    names += ["change", "switch_names"] if interface.switches.names else []
     parts = [
         "\n".join(language.commented(interface.heading)),
         f"module {interface.name}\n"
-        f"  use, intrinsic :: iso_fortran_env, only: real64{', error_unit' if contacts else ''}\n"
+        "  use, intrinsic :: iso_fortran_env, only: real64"
+        f"{', error_unit' if interface.events else ''}\n"
         "  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan"
         f"{', ieee_value, ieee_quiet_nan' if interface.recorded else ''}\n"
         "  implicit none\n  private\n"

@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
-from lagrange_cli.emit.languages.printer import SCRIPT_TOKENS, Language, contact_tokens
+from lagrange_cli.emit.languages.module_parts import (
+    SCRIPT_TOKENS,
+    contact_tokens,
+    switch_tokens,
+)
+from lagrange_cli.emit.languages.printer import (
+    Language,
+)
 from lagrange_cli.emit.languages.values import Contacts, Interface, Projection
-from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.emit.template_files import event_lines, filled, template
 from lagrange_cli.program.lowered.routines.impacts import INSTANT
 
 #: Numbers of a constant array in one statement, which may have 255 continuation lines.
@@ -40,6 +47,8 @@ def _taken(language: Language) -> dict[str, str]:
         "@N@": str(len(interface.coordinates)),
         "@C@": str(contacts.count if contacts else 0),
         "@TWICE_C@": str(2 * contacts.count if contacts else 0),
+        "@E@": str(interface.events),
+        "@TWICE_E@": str(2 * interface.events),
     }
 
 
@@ -119,23 +128,64 @@ def contacts_text(language: Language, contacts: Contacts) -> str:
     return filled(template("fortran", "contacts.f90"), tokens).rstrip("\n")
 
 
+def switches_text(language: Language) -> str:
+    """Return the subroutine that changes states with two values."""
+    arguments = (
+        "@SIZE@, @S@, @HANDED@, merge(@S@, event - 1, event < 1), places, y, values, changed"
+    )
+    call = f"call change_values({arguments}, status)"
+    tokens = {
+        "@CHANGE@": _lines(language.broken(call), 2),
+        **switch_tokens(language),
+        **_taken(language),
+    }
+    return filled(template("fortran", "switches.f90"), tokens).rstrip("\n")
+
+
+def _event_tokens(language: Language) -> dict[str, str]:
+    """Return the tokens of a run that stops at events."""
+    interface, switches = language.interface, language.interface.switches.names
+    count = interface.contacts.count if interface.contacts else 0
+    calls = ["call events(t, y, @U@p, mode, out(:@C@), status)"] if count else []
+    calls += ["if (status /= 0) return"] if count and switches else []
+    calls += ["call switches(t, y, @U@p, out(@C@ + 1:), status)"] if switches else []
+    values = ["mode"] if count else []
+    values += ["nint(y(places + 1))"] if switches else []
+    mode = [f"integer, intent(inout) :: mode({count})"] if count else []
+    ignored = ["associate (unused_mode => mode)", "end associate"] if not count else []
+    event = _lines(_inputs(interface, "t", "t", "y"), 0)
+    return {
+        "@FALLS@": _lines([*_inputs(interface, "t", "t", "y"), *calls], 2),
+        "@HAPPENS@": event_lines(
+            lambda name: template("fortran", f"{name}.f90").replace("@EVENT@", event),
+            interface.event_kinds,
+            ("if (event <= @C@) then", "end if"),
+            *("      ", "  "),
+        ),
+        "@VALUES_NOW@": values[0] if len(values) == 1 else f"[{', '.join(values)}]",
+        "@MODE@": _lines(mode, 2),
+        "@IGNORED@": _lines(ignored, 2),
+        "@K@": ", k" if switches else "",
+        "@CONTACTS@": str(count),
+        "@S@": str(len(switches)),
+    }
+
+
 def integrate_text(language: Language) -> str:
-    """Return the subroutine ``integrate``, with those that follow contacts."""
-    interface, contacts = language.interface, language.interface.contacts
-    name = "integrate_contacts" if contacts else "integrate"
-    language.routines |= {"advance"} if contacts else set()
-    middle = "t + 0.5_wp*h" if contacts else "t + (step + 0.5_wp)*h"
+    """Return the subroutine ``integrate``, with those that follow events."""
+    interface, has_events = language.interface, language.interface.events > 0
+    name = "integrate_events" if has_events else "integrate"
+    language.routines |= {"advance"} if has_events else set()
+    middle = "t + 0.5_wp*h" if has_events else "t + (step + 0.5_wp)*h"
     stage = _inputs(interface, "s", middle, "y + at(stage)*h*slope")
-    behind, state = ("t + h", "out") if contacts else ("t + (step + 1)*h", "y")
+    behind, state = ("t + h", "out") if has_events else ("t + (step + 1)*h", "y")
     fails = "if (status /= 0) return"
     project = f"call project({behind}, {state}, @U@p, @IN@status)"
     projected = [*_inputs(interface, behind, behind, state), project, fails]
-    event = _inputs(interface, "t", "t", "y")
     tokens = {
-        "@STAGE@": _lines([*stage, fails] if stage else [], 3 if contacts else 4),
-        "@PROJECTED@": _lines(projected if interface.projection else [], 2 if contacts else 3),
-        "@FALLS@": _lines(event, 2),
-        "@EVENT@": _lines(event, 3),
+        "@STAGE@": _lines([*stage, fails] if stage else [], 3 if has_events else 4),
+        "@PROJECTED@": _lines(projected if interface.projection else [], 2 if has_events else 3),
+        **_event_tokens(language),
         **SCRIPT_TOKENS,
         "@U_LOCAL@": f", u({len(interface.inputs)})" if interface.inputs else "",
         **_taken(language),

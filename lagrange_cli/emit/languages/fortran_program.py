@@ -36,14 +36,19 @@ def main_program(interface: Interface) -> str:
     contacts = interface.contacts
     used = ["project", "is_near"] if interface.closed else []
     used += ["events", "reset", "contact_names"] if contacts else []
-    used += ["inputs"] if interface.inputs and (contacts or interface.closed) else []
-    used += ["recorded"] if interface.recorded and (contacts or interface.closed) else []
+    used += ["change"] if interface.switches.names else []
+    begins = interface.events > 0 or interface.closed
+    used += ["inputs"] if interface.inputs and begins else []
+    used += ["recorded"] if interface.recorded and begins else []
     begun = template("fortran", "begin.f90") if interface.closed else ""
     begun += template("fortran", "begin_contacts.f90") if contacts else ""
+    begun += template("fortran", "begin_switches.f90") if interface.switches.names else ""
     count = contacts.count if contacts else 0
     declared = [f"real(wp) :: u({len(interface.inputs)})"] if "inputs" in used else []
     declared += [f"integer :: mode({count})", f"real(wp) :: gaps({count})"] if count else []
-    declared += [f"real(wp) :: largest({2 * count})"] if count else []
+    declared += [f"real(wp) :: largest({2 * interface.events})"] if interface.events else []
+    cleared = ["mode = 0"] if count else []
+    cleared += ["largest = 0.0_wp"] if interface.events else []
     replacements = {
         "@USED@": "".join(f", {name}" for name in used),
         "@BEGUN@": begun,
@@ -51,9 +56,9 @@ def main_program(interface: Interface) -> str:
         "@U@": "u, " if interface.inputs else "",
         "@IN@": "mode, " if contacts else "",
         "@FREE@": "mode, " if contacts else "",
-        "@LARGEST@": "mode, largest, " if contacts else "",
+        "@LARGEST@": ("mode, " if contacts else "") + ("largest, " if interface.events else ""),
         "@DECLARED@": "".join(f"  {line}\n" for line in declared),
-        "@CLEARED@": "  mode = 0\n  largest = 0.0_wp\n" if contacts else "",
+        "@CLEARED@": "".join(f"  {line}\n" for line in cleared),
         "@N@": str(len(interface.coordinates)),
         "@C@": str(count),
         "@TOLERANCE@": f"{START_TOLERANCE!r}_wp",
@@ -96,6 +101,27 @@ def _inputs(interface: Interface) -> str:
     recorded = "recorded(start, start), " if interface.recorded else ""
     line = f"  call inputs(start, y, {recorded}p, u, status)\n"
     return line if interface.inputs else ""
+
+
+def event_constants(interface: Interface) -> Iterator[str]:
+    """Yield the constants that tell what events are of."""
+    if interface.contacts is not None:
+        yield from ("", "!> Names of the contacts, in the order of a mode.")
+        yield from _texts("contact_names", interface.contacts.names)
+    if interface.switches.names:
+        yield from ("", "!> Names of the states with two values, in the order of switches.")
+        yield from _texts("switch_names", interface.switches.names)
+        values = ", ".join(map(str, interface.switches.places))
+        yield "!> Their places in a state, counted from 0."
+        yield f"integer, parameter :: places({len(interface.switches.names)}) = [{values}]"
+
+
+def _texts(constant: str, names: Sequence[str]) -> Iterator[str]:
+    """Yield the lines of a constant array of texts."""
+    yield f"character(len=*), parameter :: {constant}({len(names)}) = &"
+    width = max(map(len, map(comment_text, names)))
+    quoted = ", &\n    ".join(map(quoted_text, names))
+    yield f"  [character(len={width}) :: {quoted}]"
 
 
 def quoted_text(text: str) -> str:

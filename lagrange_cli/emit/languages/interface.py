@@ -18,6 +18,7 @@ from lagrange_cli.emit.languages.values import (
     Projection,
     Quantity,
     Recorded,
+    Switches,
 )
 from lagrange_cli.emit.naming import (
     comment_text,
@@ -33,7 +34,7 @@ from lagrange_cli.emit.shared_code import (
     input_lines,
     polynomial_rows,
     recorded_inputs,
-    require_no_switches,
+    switch_places,
 )
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.emitted_functions import (
@@ -64,6 +65,7 @@ _DOCUMENTATION = {
     "velocities": "Time derivatives of the positions.",
     "inputs": "Inputs as the scene has them at time t.",
     "outputs": "Outputs, in the order of the heading.",
+    "switches": "For each state with two values what is positive as long as its value stays.",
     "multipliers": "Multipliers, in the order of the closures.",
     "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
     "jacobian": "Derivatives of rhs by the state, by rows.",
@@ -115,7 +117,6 @@ def interface_of(
     if jacobian and equations.system.contacts:
         problem = "--with jacobian does not hold this scene: derivatives with contacts keep a mode"
         raise InputError(Problem(problem, hint="--to c and --to python hold it", rule="language"))
-    require_no_switches(equations, "the run of this module")
     functions = _lowered(equations, _programs(equations, jacobian=jacobian))
     contacts = _contacts(equations)
     projection = _projection(equations)
@@ -145,6 +146,7 @@ def interface_of(
         ROWS,
         steps_per_row(equations),
         _quantities(names, "z", [(s.name, described(s), None) for s in system.states]),
+        Switches(tuple(state.name for state in system.switches), switch_places(equations)),
     )
 
 
@@ -261,6 +263,11 @@ open one. Integrate with a fixed mode until a number of events falls through zer
 find when; reset state and mode there by event k; go on with these. Begin with a mode of zeros,
 reset without an event."""
 
+_SWITCHES = """\
+States with two values are 1 or 0 and have no rate. Integrate until a number of switches falls
+through zero, say number k; find when; change the state there by event k; go on with it. Begin with
+a change without an event."""
+
 
 def _heading(equations: Equations) -> Iterator[str]:
     """Yield what the module says of itself."""
@@ -285,6 +292,8 @@ def _heading(equations: Equations) -> Iterator[str]:
     else:
         yield _STATE
         yield "(NaN, or a status that is not 0) where M is singular or a number is not finite."
+    if system.switches:
+        yield from _SWITCHES.splitlines()
     yield from domain_note(equations)
     yield from _listed("Coordinates", [described(c) for c in system.coordinates])
     yield from _listed("States", [described(s) for s in system.states])

@@ -10,18 +10,21 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import interface_of
-from lagrange_cli.emit.languages.printer import (
+from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
+    contact_tokens,
+    switch_tokens,
+)
+from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
     Language,
-    contact_tokens,
     module_functions,
 )
 from lagrange_cli.emit.languages.values import Interface, takes_mode
 from lagrange_cli.emit.naming import file_stem
 from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
-from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.emit.template_files import event_lines, filled, template
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.lowered.functions import Function, Solve
 
@@ -36,7 +39,7 @@ void while with yield NaN Infinity Math Number Float64Array Object Array console
 t y p u mode out i j k l given project violation led change RESIDUALS CONTACTS FLIGHT RECORDINGS
 matrix vector columns scales band multipliers work w
 COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL ROWS STEPS main name async of
-integrate recorded events step falls follow
+integrate recorded events switches change step falls follow PLACES SWITCHES
 get set
 """
 
@@ -48,7 +51,7 @@ class JavaScript(Language):
     reserved: ClassVar = frozenset(_WORDS.split())
     tab = "  "
     inputs_last = True
-    motion: ClassVar = {}
+    renamed: ClassVar = {}
 
     def head(self, function: Function, documentation: str) -> list[str]:
         further = ""
@@ -150,6 +153,7 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     language = JavaScript(interface)
     functions = module_functions(language)
     around = [_recorded(language), _projection(language), _contacts(language)]
+    around.append(_switches(language))
     script = _script(language)
     constants = {
         "COORDINATES": [c.name for c in interface.coordinates],
@@ -242,7 +246,6 @@ def _contacts(language: JavaScript) -> str:
     interface, contacts = language.interface, language.interface.contacts
     if contacts is None:
         return ""
-    language.routines.add("advance")
     replacements = {
         **contact_tokens(language),
         "@CONTACTS@": json.dumps(contacts.names),
@@ -253,14 +256,58 @@ def _contacts(language: JavaScript) -> str:
     return filled(template("javascript", "contacts.mjs"), replacements).rstrip()
 
 
+def _switches(language: JavaScript) -> str:
+    """Return the function that changes states with two values, and their names."""
+    if not language.interface.switches.names:
+        return ""
+    replacements = {
+        "@NAMES@": json.dumps(language.interface.switches.names),
+        **switch_tokens(language),
+        **_arguments(language.interface),
+    }
+    return filled(template("javascript", "switches.mjs"), replacements).rstrip()
+
+
+def _event_tokens(interface: Interface) -> dict[str, str]:
+    """Return the tokens of a run that stops at events."""
+    contacts, switches = interface.contacts, interface.switches.names
+    falls = ["events(t, y, p@NOW@, mode)"] if contacts else []
+    falls += ["switches(t, y, p@NOW@)"] if switches else []
+    values = ["mode"] if contacts else []
+    values += ["PLACES.map((place) => y[place])"] if switches else []
+    spread = ", ".join(f"...{text}" for text in values)
+    return {
+        "@FALLS@": falls[0] if len(falls) == 1 else f"[{', '.join(f'...{f}' for f in falls)}]",
+        "@VALUES@": values[0] if len(values) == 1 else f"[{spread}]",
+        "@HAPPENS@": event_lines(
+            lambda name: template("javascript", f"{name}.mjs"),
+            interface.event_kinds,
+            ("if (event < @CONTACTS@) {", "}"),
+            *("    ", "  "),
+        ),
+        "@NUMBER@": f"event < {contacts.count} ? -1 : event - {contacts.count}"
+        if contacts
+        else "event",
+        "@CONTACTS@": str(contacts.count if contacts else 0),
+        "@STATE@": "State and mode" if contacts else "State",
+        "@RESULT@": "{ y, mode }" if contacts else "y",
+        "@NOTHING@": "{ y: y.fill(NaN), mode }" if contacts else "y.fill(NaN)",
+        "@TAKEN@": "({ y, mode }" if contacts else "y",
+        "@ENDED@": ")" if contacts else "",
+    }
+
+
 def _script(language: JavaScript) -> str:
     """Return ``integrate`` and the run of the module as a script."""
     interface, contacts = language.interface, language.interface.contacts
     begin = template("javascript", "begin.mjs") if interface.closed else ""
     integrate = "integrate"
-    if contacts is not None:
-        begin += template("javascript", "begin_contacts.mjs")
-        integrate = "integrate_contacts"
+    begin += template("javascript", "begin_contacts.mjs") if contacts else ""
+    begin += template("javascript", "begin_switches.mjs") if interface.switches.names else ""
+    if interface.events:
+        language.routines.add("advance")
+        begin += template("javascript", "begin_events.mjs")
+        integrate = "integrate_events"
     values = "inputs(s, state, p, recorded(s, t + h / 2))" if interface.recorded else ""
     values = values or ("inputs(s, state, p)" if interface.inputs else "")
     tokens = {
@@ -270,12 +317,14 @@ def _script(language: JavaScript) -> str:
         "@GIVEN@": f", {values}" if values else "",
         "@BEGUN@": begin,
         "@Y@": "y" if contacts is None else "({ y, mode }",
-        "@MORE@": "" if contacts is None else ", mode, largest, report)",
+        "@MORE@": (", mode" * bool(contacts) + ", largest, report") * bool(interface.events)
+        + ")" * bool(contacts),
         "@SIZE@": str(interface.layout.size),
         "@N@": str(len(interface.coordinates)),
         "@STATES@": _STATES if interface.states else "",
-        "@C@": str(0 if contacts is None else contacts.count),
-        "@TWICE@": str(0 if contacts is None else 2 * contacts.count),
+        **_event_tokens(interface),
+        "@C@": str(interface.events),
+        "@TWICE@": str(2 * interface.events),
         **SCRIPT_TOKENS,
         **_arguments(interface),
     }

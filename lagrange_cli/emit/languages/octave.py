@@ -10,19 +10,30 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite, prod
+from math import prod
 from typing import TYPE_CHECKING, ClassVar
 
 from lagrange_cli.emit.languages.interface import interface_of
-from lagrange_cli.emit.languages.printer import (
+from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
+)
+from lagrange_cli.emit.languages.octave_program import (
+    contacts_text,
+    event_tokens,
+    moving_tokens,
+    project_text,
+    quoted_names,
+    recorded_text,
+    switches_text,
+    taken_tokens,
+)
+from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
     Language,
-    contact_tokens,
     module_functions,
 )
-from lagrange_cli.emit.languages.values import Contacts, Interface, Projection, takes_mode
-from lagrange_cli.emit.naming import OCTAVE_RESERVED, comment_text, file_stem
+from lagrange_cli.emit.languages.values import Interface, takes_mode
+from lagrange_cli.emit.naming import OCTAVE_RESERVED, file_stem
 from lagrange_cli.emit.routines.signatures import SCENE_FUNCTIONS, Signature
 from lagrange_cli.emit.routines.translation import routine_texts
 from lagrange_cli.emit.template_files import filled, template
@@ -35,7 +46,7 @@ if TYPE_CHECKING:
 _WORDS = f"""
 {" ".join(PROGRAM_FUNCTIONS)} t y u p p_values out i j k l given matrix vector columns scales band
 multipliers work w main integrate project residual f varargin NaN eps zeros all isfinite isreal
-reshape nargin mode recorded reset events step falls follow found succeeded
+reshape nargin mode recorded reset events switches change step falls follow found succeeded
 """
 
 #: Functions of which Octave's own would return complex numbers, or pass over NaN.
@@ -63,7 +74,7 @@ class Octave(Language):
     tab = "  "
     named = "uqvz"
     inputs_last = True
-    motion: ClassVar = {}
+    renamed: ClassVar = {}
     continued = " ..."
     words: ClassVar = {**Language.words, "not": "~", "!=": "~="}
     augments = False
@@ -223,23 +234,21 @@ def _row(texts: Sequence[str] | map[str]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _names(names: Sequence[str]) -> str:
-    quoted = (comment_text(name).replace("'", "''") for name in names)
-    return "{" + ", ".join(f"'{name}'" for name in quoted) + "}"
-
-
 def _entry(language: Octave) -> Iterator[str]:
     """Yield the lines of the function that the file is named after."""
     interface, contacts = language.interface, language.interface.contacts
+    switches = interface.switches.names
     states = interface.layout.size
     initial = interface.initial or ["NaN"] * states
     yield f"function varargout = {interface.name}(varargin)"
     yield from language.commented(interface.heading)
     fields = {
-        "coordinates": _names([c.name for c in interface.coordinates]),
-        **({"states": _names([s.name for s in interface.states])} if interface.states else {}),
-        "parameters": _names([p.name for p in interface.parameters]),
-        "input_names": _names([u.name for u in interface.inputs]),
+        "coordinates": quoted_names([c.name for c in interface.coordinates]),
+        **(
+            {"states": quoted_names([s.name for s in interface.states])} if interface.states else {}
+        ),
+        "parameters": quoted_names([p.name for p in interface.parameters]),
+        "input_names": quoted_names([u.name for u in interface.inputs]),
         "defaults": "defaults()",
         "initial": f"{_row(map(str, initial))}.'",
         "start": repr(interface.start),
@@ -248,8 +257,9 @@ def _entry(language: Octave) -> Iterator[str]:
         "integrate": "@integrate",
         **({} if interface.projection is None else {"project": "@project"}),
         **({"recorded": "@recorded"} if interface.recorded else {}),
-        **({} if contacts is None else {"contacts": _names(contacts.names)}),
+        **({} if contacts is None else {"contacts": quoted_names(contacts.names)}),
         **({} if contacts is None else {n: f"@{n}" for n in (*contacts.public, "events", "reset")}),
+        **({"change": "@change", "switch_names": quoted_names(switches)} if switches else {}),
     }
     for name, text in fields.items():
         for line in language.broken(f"f.{name} = {text};"):
@@ -277,75 +287,6 @@ def _helpers(text: str) -> list[str]:
     return [named[name] for name in named if name in chosen]
 
 
-def _taken(interface: Interface) -> dict[str, str]:
-    """Return the tokens of arguments for inputs and mode, and of their defaults."""
-    contacts, driven = interface.contacts, bool(interface.inputs)
-    count = 0 if contacts is None else contacts.count
-    defaults = ["  if nargin < 3, p = defaults(); end"]
-    defaults += ["  if nargin < 4, u = inputs(t, y, p); end"] if driven else []
-    moded = f"  if nargin < {4 + driven}, mode = zeros({count}, 1); end"
-    return {
-        "@U@": ", u" if driven else "",
-        "@IN@": ", mode" if contacts else "",
-        "@DEFAULTS@": "\n".join([*defaults, *([moded] if contacts else [])]),
-        "@NOW@": ", inputs(t, y, p)" if driven else "",
-    }
-
-
-def _project(interface: Interface, projection: Projection) -> str:
-    """Return the function that leads a state back to the closures."""
-    tokens = {
-        "@POSITIONS@": template("octave", "positions.m") if projection.positions else "",
-        "@HALF@": str(len(interface.coordinates)) if interface.states else "numel(y)/2",
-        "@END@": "2*n" if interface.states else "end",
-        "@OF@": "contact_" if interface.contacts else "",
-        **_taken(interface),
-    }
-    return filled(template("octave", "project.m"), tokens).rstrip("\n")
-
-
-def _moving(interface: Interface) -> dict[str, str]:
-    """Return texts of the positions and velocities in a state."""
-    n = len(interface.coordinates)
-    if not interface.states:
-        return {"@MOVING@": "", "@LED@": "y", "@PLACES@": "n/2"}
-    moving = f"  stated = stated(1:{2 * n});\n"
-    return {"@MOVING@": moving, "@LED@": f"y(1:{2 * n})", "@PLACES@": str(n)}
-
-
-def _recorded(language: Octave) -> str:
-    """Return the function that evaluates recorded inputs."""
-    interface, lines = language.interface, []
-    language.routines.add("interpolated")
-    for r in interface.recorded:
-        test = f"t >= {r.first!r}{f' && t <= {r.last!r}' if isfinite(r.last) else ''}"
-        rows = [
-            ", ".join(map(repr, r.table[k : k + r.width])) for k in range(0, len(r.table), r.width)
-        ]
-        lines += [
-            f"% {r.text}: starts, each with coefficients behind it.",
-            f"if {test}",
-            "  table = [",
-        ]
-        lines += [*(f"    {row}, ..." for row in rows), "  ];"]
-        call = f"interpolated({r.rows}, {r.width}, table, t, at)"
-        lines += [f"  u({r.number + 1}) = {call};", "end"]
-    tokens = {"@INPUTS@": str(len(interface.inputs)), "@TESTS@": "\n".join(f"  {x}" for x in lines)}
-    return filled(template("octave", "recorded.m"), tokens).rstrip("\n")
-
-
-def _contacts(language: Octave, contacts: Contacts) -> str:
-    """Return the functions of the interface that take a mode."""
-    language.routines.add("advance")
-    arrays = language.interface.reset_arrays.values()
-    tokens = {
-        **contact_tokens(language),
-        "@ARRAYS@": "\n    ".join(language.broken(", ".join(f"zeros({k},1)" for k in arrays))),
-        **_taken(language.interface),
-    }
-    return filled(template("octave", "contacts.m"), tokens).rstrip("\n")
-
-
 def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
     """``NAME.m``.
 
@@ -364,16 +305,22 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
     functions = module_functions(language)
     # Systems are solved by functions of the file, whatever routines there are.
     language.routines = set()
-    functions += [_recorded(language)] if interface.recorded else []
-    functions += [] if contacts is None else [_contacts(language, contacts)]
-    functions += [] if projection is None else [_project(interface, projection)]
+    functions += [recorded_text(language)] if interface.recorded else []
+    functions += [] if contacts is None else [contacts_text(language, contacts)]
+    functions += [switches_text(language)] if interface.switches.names else []
+    functions += [] if projection is None else [project_text(interface, projection)]
     values = "inputs(s, x, p, recorded(s, t + h/2))" if interface.recorded else ""
     values = values or ("inputs(s, x, p)" if interface.inputs else "")
     led = "inputs(t + h, y, p), " if contacts and interface.inputs else ""
     begun = template("octave", "begin.m") if interface.closed else ""
-    begun = filled(begun, _moving(interface))
+    begun = filled(begun, moving_tokens(interface))
     begun += template("octave", "begin_contacts.m") if contacts else ""
-    integrate = "integrate_contacts" if contacts else "integrate"
+    begun = begun.replace("@C@", str(contacts.count if contacts else 0))
+    begun += template("octave", "begin_switches.m") if interface.switches.names else ""
+    begun += template("octave", "begin_events.m") if interface.events else ""
+    language.routines |= {"advance"} if interface.events else set()
+    integrate = "integrate_events" if interface.events else "integrate"
+    more = (", mode" if contacts else "") + (", largest" if interface.events else "")
     tokens = {
         "@INTEGRATE@": template("octave", f"{integrate}.m").rstrip("\n"),
         "@BEGUN@": begun,
@@ -383,16 +330,14 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
         "@PROJECTED@": f"  y = project(t + h, y, p{f', {led}'.rstrip(', ') if led else ''}@IN@);\n"
         if projection
         else "",
-        "@Y@": "[y, mode, largest]" if contacts else "y",
-        "@MORE@": ", mode, largest" if contacts else "",
+        "@Y@": f"[y{more}]" if more else "y",
+        "@MORE@": more,
         "@STATES@": ", f.states" if interface.states else "",
         "@SIZE@": str(interface.layout.size),
         "@N@": str(len(interface.coordinates)),
-        "@C@": str(contacts.count if contacts else 0),
-        "@TWICE@": str(2 * contacts.count if contacts else 0),
+        **event_tokens(interface),
         **SCRIPT_TOKENS,
-        "@CONTACTS@": _names(contacts.names) if contacts else "",
-        **_taken(interface),
+        **taken_tokens(interface),
     }
     script = filled(template("octave", "script.m"), tokens).rstrip("\n")
     functions += routine_texts(language)

@@ -20,7 +20,6 @@ from lagrange_cli.emit.languages.interface import is_input
 from lagrange_cli.emit.languages.values import Interface
 from lagrange_cli.emit.routines.signatures import signature_of
 from lagrange_cli.emit.routines.syntax import Syntax
-from lagrange_cli.emit.template_files import filled, template
 from lagrange_cli.program.graph.operands import (
     COUNTED,
     PROGRAM_FUNCTIONS,
@@ -47,11 +46,8 @@ from lagrange_cli.program.lowered.functions import (
     operands_in,
     steps_in,
 )
-from lagrange_cli.program.lowered.routines.impacts import INSTANT
-from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
 from lagrange_cli.program.printing import Dialect, expression_text, functions_in
-from lagrange_cli.program.solvers.tolerances import MOST_EVENTS_A_STEP, MOST_REBOUNDS
 from lagrange_cli.program.systems.loops import table_name
 
 #: Counters of nested loops, outermost first.
@@ -60,8 +56,7 @@ COUNTERS = "ijkl"
 #: Letters of inputs → the array that holds them.
 ARRAYS = {"p": "p", "u": "u", "q": "y", "v": "y", "z": "y"}
 
-
-#: Half the distance from 1 to the next number of double precision.
+#: Half the distance from 1 to the next number.
 _ROUNDING = Fraction(1, 2**53)
 
 
@@ -96,15 +91,15 @@ class Language(Syntax):
         Letters of the inputs of programs that functions name at their beginning.
     inputs_last
         Functions take inputs behind the parameters.
-    motion
-        Function of a motion in routines → its name in the module, where that is another one.
+    renamed
+        Function of the scene in routines → its name in the module, where that is another one.
     """
 
     reserved: ClassVar[frozenset[str]]
     named = "puqvz"
     inputs_argument = ""
     inputs_last: ClassVar[bool] = False
-    motion: ClassVar[Mapping[str, str]] = {"step": "moved"}
+    renamed: ClassVar[Mapping[str, str]] = {"step": "moved"}
 
     def __init__(self, interface: Interface) -> None:
         self.interface = interface
@@ -204,7 +199,7 @@ class Language(Syntax):
         """Return the function of the scene that a routine calls, and its arguments but the last."""
         if kind == "motion":
             *moments, mode = arguments
-            return self.motion.get(function, function), [*moments, "p", mode]
+            return self.renamed.get(function, function), [*moments, "p", mode]
         time = "t"
         if kind == "dynamics":
             time, *arguments = arguments
@@ -212,7 +207,7 @@ class Language(Syntax):
         if kind == "closures" and self.interface.contacts:
             function, modes = f"contact_{function}", ["mode"]
         last = ["p", *self.inputs_handed] if self.inputs_last else [*self.inputs_handed, "p"]
-        return function, [time, state, *last, *modes]
+        return self.renamed.get(function, function), [time, state, *last, *modes]
 
     def call_of(self, step: Solve, arrays: Iterable[str], table: str) -> str:
         """Return the call of a routine by its arrays, and by tables as a format writes them."""
@@ -387,56 +382,3 @@ def module_functions(language: Language) -> list[str]:
     """Return the functions of a module, those of the interface first."""
     functions = (*language.interface.functions, *language.interface.inner)
     return ["\n".join(language.function_lines(function, text)) for function, text in functions]
-
-
-def projection_text(
-    language: Language, folder: str, name: str, positions: str, further: Mapping[str, str]
-) -> str:
-    """Return the function ``project`` from its templates; nothing of scenes without closures.
-
-    ``further``: tokens of the language.
-    """
-    interface = language.interface
-    projection = interface.projection
-    if projection is None:
-        return ""
-    language.routines |= {"lead_velocities", *(["is_near"] if interface.closed else [])}
-    if projection.positions:
-        language.routines.add("lead_positions")
-    leading = template(folder, positions).rstrip() if projection.positions else ""
-    replacements = {
-        "@POSITIONS@": leading,
-        "@HANDED@": ", ".join(language.handed("closures")),
-        "@M@": str(projection.positions),
-        "@CLOSURES@": str(projection.closures),
-        "@STATES@": "2 * N + M" if interface.states else "2 * N",
-        **further,
-    }
-    return filled(template(folder, name), replacements)
-
-
-def contact_tokens(language: Language) -> dict[str, str]:
-    """Return the tokens that functions of contacts share, and note the routines that they call."""
-    interface, contacts = language.interface, language.interface.contacts
-    if contacts is None:
-        return {}
-    language.routines |= {"falling", "reset_contacts"}
-    return {
-        "@C@": str(contacts.count),
-        "@TWICE@": str(2 * contacts.count),
-        "@N@": str(len(interface.coordinates)),
-        "@STATES@": str(interface.layout.size),
-        "@CLOSURES@": str(contacts.closures),
-        "@FORCES@": str(contacts.multipliers),
-        "@CONSTRAINTS@": str(prod(contacts.public["constraints"].shape)),
-        "@HANDED@": ", ".join(language.handed("contacts")),
-        "@INSTANT@": repr(INSTANT),
-    }
-
-
-#: Tokens of scripts that follow contacts.
-SCRIPT_TOKENS = {
-    "@EVENTS@": str(MOST_EVENTS_A_STEP),
-    "@BOUNCES@": str(MOST_REBOUNDS),
-    "@TOLERANCE@": repr(START_TOLERANCE),
-}

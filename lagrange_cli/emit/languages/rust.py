@@ -27,6 +27,7 @@ from lagrange_cli.emit.languages.rust_program import (
     project_text,
     recorded_text,
     string_literal,
+    switches_text,
 )
 from lagrange_cli.emit.languages.values import Quantity, takes_mode
 from lagrange_cli.emit.naming import file_stem
@@ -44,7 +45,8 @@ abstract as async await become box break const continue crate do dyn else enum e
 for gen if impl in let loop macro match mod move mut override priv pub raw ref return safe self Self
 static struct super trait true try type typeof union unsafe unsized use virtual where while yield
 given_rhs given_multipliers
-Some None Ok Err Params Failure COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL N math
+Some None Ok Err Params Failure COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL N M
+STATES CONTACTS CONTACT_NAMES SWITCH_NAMES SWITCH_PLACES math
 f64 usize core std main run step t y p u out i j k l given matrix vector columns scales band
 multipliers work w
 """
@@ -83,6 +85,7 @@ class Rust(Language):
     }
     whole: ClassVar = {"max": "core::cmp::max", "min": "core::cmp::min"}
     reserved: ClassVar = frozenset(_WORDS.split()) | frozenset(PROGRAM_FUNCTIONS)
+    renamed: ClassVar = {**Language.renamed, "switches": "switches_of"}
 
     def head(self, function: Function, documentation: str) -> list[str]:
         size = prod(function.shape)
@@ -248,6 +251,7 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
     language = Rust(interface)
     functions = module_functions(language)
     around = [recorded_text(language), project_text(language), contacts_text(language)]
+    around.append(switches_text(language))
     main = [main_text(language).rstrip()] if options["main"] else []
     routines = routine_texts(language)
     parts = [

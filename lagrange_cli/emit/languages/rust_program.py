@@ -5,14 +5,17 @@ from __future__ import annotations
 from itertools import compress
 from math import isfinite
 
-from lagrange_cli.emit.languages.printer import (
+from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
-    Language,
     contact_tokens,
     projection_text,
+    switch_tokens,
+)
+from lagrange_cli.emit.languages.printer import (
+    Language,
 )
 from lagrange_cli.emit.languages.values import Interface
-from lagrange_cli.emit.template_files import filled, template
+from lagrange_cli.emit.template_files import event_lines, filled, template
 
 
 def string_literal(text: str) -> str:
@@ -27,12 +30,16 @@ def size_text(interface: Interface) -> str:
 
 
 def failure_tokens(interface: Interface) -> dict[str, str]:
-    """Return the tokens of what contacts alone fail by."""
+    """Return the tokens of what events alone fail by."""
+    reasons = ["contacts leave no motion, or a restitution is not in 0 to 1"]
+    reasons = reasons if interface.contacts else []
+    reasons += ["a state with two values has neither"] if interface.switches.names else []
+    reason = ", or ".join(reasons)
     texts = (
-        "    /// Contacts leave no motion, or a restitution is not in 0 to 1.\n    NoMotion,\n",
-        '            Failure::NoMotion => "the contacts leave no motion",\n',
+        f"    /// {reason[:1].upper()}{reason[1:]}.\n    NoMotion,\n",
+        f'            Failure::NoMotion => "{reason}",\n',
     )
-    shown = texts if interface.contacts else ("", "")
+    shown = texts if reasons else ("", "")
     return dict(zip(("@NO_MOTION@", "@NO_MOTION_TEXT@"), shown, strict=True))
 
 
@@ -90,10 +97,69 @@ def contacts_text(language: Language) -> str:
     return filled(template("rust", "contacts.rs"), tokens).rstrip()
 
 
+def switches_text(language: Language) -> str:
+    """Return the functions that change states with two values, and their names."""
+    interface, switches = language.interface, language.interface.switches
+    if not switches.names:
+        return ""
+    language.numeric.add("abs")
+    tokens = {
+        **switch_tokens(language),
+        "@NAMES@": "\n".join(f"    {string_literal(name)}," for name in switches.names),
+        "@STATES@": size_text(interface),
+        **_taken(interface),
+    }
+    return filled(template("rust", "switches.rs"), tokens).rstrip()
+
+
+_NOW = """\
+        let mut now = [0; @C@];
+@MODED@        for (k, place) in SWITCH_PLACES.iter().enumerate() {
+            now[@FIRST@k] = if y[*place] > 0.0 { 1 } else { 0 };
+        }
+"""
+
+
+def _follow_text(interface: Interface) -> str:
+    """Return the functions of a run that stops at events; nothing without any."""
+    contacts, switches = interface.contacts, interface.switches.names
+    if not interface.events:
+        return ""
+    count = contacts.count if contacts else 0
+    calls = ["events(t, y, @HAND@p, mode, @OUT@)"] if contacts else []
+    calls += ["switches(t, y, @HAND@p, @OUT@)"] if switches else []
+    outs = ["out.try_into().unwrap()"]
+    if len(calls) > 1:
+        outs = ["(&mut out[..CONTACTS]).try_into().unwrap()"]
+        outs += ["(&mut out[CONTACTS..]).try_into().unwrap()"]
+    lines = [call.replace("@OUT@", out) for call, out in zip(calls, outs, strict=True)]
+    mode_line = "    let mode = (&mode[..CONTACTS]).try_into().unwrap();\n"
+    number = f"if event < {count} {{ {len(switches)} }} else {{ event - {count} }}"
+    tokens = {
+        "@HELD@": mode_line if contacts else "    let _ = mode;\n",
+        "@IN@": ", mode" if contacts else "",
+        "@FALLS@": "?;\n".join(f"    {line}" for line in lines) + "\n",
+        "@VALUES@": _NOW if switches else "",
+        "@MODED@": "        now[..CONTACTS].copy_from_slice(mode);\n" if contacts else "",
+        "@FIRST@": "CONTACTS + " if contacts else "",
+        "@VALUES_NOW@": "&now" if switches else "mode",
+        "@MODE_CHANGED@": "mode: &mut [usize; CONTACTS], " if contacts else "",
+        "@HAPPENS@": event_lines(
+            lambda name: template("rust", f"{name}.rs"),
+            interface.event_kinds,
+            ("if event < CONTACTS {", "}"),
+            *("        ", "    "),
+        ),
+        "@NUMBER@": number if contacts else "event",
+        "@COUNT@": "count" if contacts else "_",
+    }
+    return filled(template("rust", "follow.rs"), tokens) + "\n"
+
+
 def main_text(language: Language) -> str:
     interface = language.interface
     contacts, driven = interface.contacts, len(interface.inputs)
-    language.routines |= {"advance"} if contacts else set()
+    language.routines |= {"advance"} if interface.events else set()
     initial = interface.initial or (None,) * interface.layout.size
     fields = [
         (string_literal(field.name), f"p.{field.identifier}") for field in interface.parameters
@@ -106,28 +172,33 @@ def main_text(language: Language) -> str:
         """Return the line that evaluates the scene's inputs at a time."""
         return f"{tab}let u = given({t}, {at}, {y}, {p}){fails}?;\n" if driven else ""
 
-    follows = template("rust", "follow.rs") + "\n" if contacts else ""
     begun = template("rust", "begin.rs") if interface.closed else ""
     begun += template("rust", "begin_contacts.rs") if contacts else ""
+    begun += template("rust", "begin_switches.rs") if interface.switches.names else ""
+    begun += template("rust", "begin_events.rs") if interface.events else ""
+    mode = "&mut mode, " if contacts else ""
     recorded = "&recorded(t, at), " if interface.recorded else ""
     tokens = {
         "@GIVEN@": template("rust", "given.rs") + "\n" if driven else "",
-        "@FOLLOW@": follows,
+        "@FOLLOW@": _follow_text(interface),
         "@BEGUN@": begun,
         "@STAGE@": input_line("t + part * h", "t + h / 2.0", "&s", tab=8 * " "),
         "@PROJECTED@": input_line("t + h", "t + h", "y") + "    project(t + h, y, @HAND@p@IN@)?;\n"
         if interface.projection
         else "",
         "@NOW@": input_line("t", "t", "y"),
-        "@EVENT@": input_line("t", "t", "y", tab=8 * " "),
+        "@EVENT@": input_line("t", "t", "y", tab=""),
         "@BEGIN@": input_line("@START@", "@START@", "&y", "&p", fails=".map_err(failed)"),
         "@HAND@": "&u, " if driven else "",
         "@FREE@": ", &[0; CONTACTS]" if contacts else "",
         "@RECORDED@": recorded,
-        "@STEP@": "follow(t + k as f64 * h, h, &mut y, &p, &mut mode, &mut largest)"
-        if contacts
+        "@STEP@": f"follow(t + k as f64 * h, h, &mut y, &p, {mode}&mut largest)"
+        if interface.events
         else "step(t + k as f64 * h, h, &mut y, &p)",
         "@DRIVEN@": str(driven),
+        "@C@": str(interface.events),
+        "@S@": str(len(interface.switches.names)),
+        "@TWICE@": str(2 * interface.events),
         **SCRIPT_TOKENS,
         **_taken(interface),
         "@STATE@": ", ".join(map(string_literal, interface.state)),

@@ -86,6 +86,22 @@ class Contacts:
 
 
 @dataclass(frozen=True)
+class Switches:
+    """States with two values.
+
+    Attributes
+    ----------
+    names
+        Their names, in the order of the function ``switches``.
+    places
+        Their places in a state, counted from 0.
+    """
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Recorded:
     """A recorded input.
 
@@ -143,6 +159,8 @@ class Interface:
         The one-sided constraints; None without any.
     recorded
         The inputs that are recorded in files.
+    switches
+        The states with two values; none, mostly.
     initial
         Initial state; None where the scene has none.
     start, until
@@ -167,6 +185,7 @@ class Interface:
     rows: int
     steps: int
     states: tuple[Quantity, ...] = ()
+    switches: Switches = Switches((), ())
 
     @property
     def state(self) -> tuple[str, ...]:
@@ -186,6 +205,18 @@ class Interface:
             return {}
         sizes = (self.contacts.count, self.contacts.multipliers)
         return reset_arrays(len(self.coordinates), self.layout.size, *sizes)
+
+    @property
+    def event_kinds(self) -> list[str]:
+        """The kinds of events at which a run stops."""
+        switches = ["switches"] if self.switches.names else []
+        return [*(["contacts"] if self.contacts is not None else []), *switches]
+
+    @property
+    def events(self) -> int:
+        """The number of contacts and of states with two values, at whose events a run stops."""
+        contacts = 0 if self.contacts is None else self.contacts.count
+        return contacts + len(self.switches.names)
 
     @property
     def closed(self) -> bool:

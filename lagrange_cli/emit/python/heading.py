@@ -14,6 +14,7 @@ from lagrange_cli.emit.shared_code import (
     momentum_names,
     polynomial_rows,
     recorded_inputs,
+    switch_places,
 )
 from lagrange_cli.program.emitted_functions import ENTRIES
 from lagrange_cli.program.program import Program
@@ -68,6 +69,13 @@ _CONTACTS = (
 )
 
 
+_SWITCHES = (
+    "A state of SWITCHES is 1 or 0 and has no rate. Integrate until one of the numbers of switches"
+    " falls through zero, say number k; find when; call change with event=k there; go on with the"
+    " state that it returns. Begin with change alone. The script does so."
+)
+
+
 def docstring(equations: Equations, style: str) -> str:
     """Return what the module says of itself."""
     presentation, system = equations.presentation, equations.system
@@ -88,6 +96,8 @@ def docstring(equations: Equations, style: str) -> str:
     lines = [*lines[:-1], *example, ""]
     if system.contacts:
         lines += [*wrap(_CONTACTS, WIDTH), ""]
+    if system.switches and style in ("numpy", "numba"):
+        lines += [*wrap(_SWITCHES, WIDTH), ""]
     lines += [*domain_note(equations)]
     lines += [
         f"lagrange {__version__}, scene with SHA-256 {comment_text(presentation.digest)}",
@@ -136,6 +146,12 @@ def constants(
     if system.states:
         lines += [f"# {described(s)}" for s in system.states if s.unit or s.description]
         lines += _names("STATES", (s.name for s in system.states))
+    if system.switches:
+        lines += _names("SWITCHES", (s.name for s in system.switches))
+        lines += [
+            "# Places of SWITCHES in y.",
+            *listing("PLACES", map(str, switch_places(equations))),
+        ]
     lines += _names("CARTESIAN", (c.name for c in system.cartesian_names))
     lines += _names("PARAMETERS", (p.name for p in system.parameters))
     if momenta:

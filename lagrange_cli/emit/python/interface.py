@@ -14,7 +14,7 @@ from lagrange_cli.emit.initial_state import ROWS, steps_per_row
 from lagrange_cli.emit.python.layout import TAB, WIDTH, passed_on
 from lagrange_cli.emit.routines.signatures import Signature, routines_called
 from lagrange_cli.emit.shared_code import RECORDED_ROUNDING
-from lagrange_cli.emit.template_files import filled, python_template
+from lagrange_cli.emit.template_files import event_lines, filled, python_template
 from lagrange_cli.program.emitted_functions import ENTRIES
 from lagrange_cli.program.lowered.routines.impacts import INSTANT, reset_arrays
 from lagrange_cli.program.lowered.routines.projection import (
@@ -106,6 +106,27 @@ def contacts_source(equations: Equations, arguments: str) -> str:
     }
     source = routines_source(["falling", "reset_contacts", "advance"])
     return "\n\n".join([source, filled(python_template("contacts"), replacements)])
+
+
+def switches_source(equations: Equations, arguments: str) -> str:
+    """Define ``change``; empty where no state has two values.
+
+    Parameters
+    ----------
+    arguments
+        Those of the functions of the interface behind ``t`` and ``y``, with their defaults.
+    """
+    system = equations.system
+    if not system.switches:
+        return ""
+    replacements = {
+        "@A@": arguments,
+        "@P@": passed_on(arguments),
+        "@S@": str(len(system.switches)),
+        "@SIZE@": str(system.layout.size),
+    }
+    source = routines_source(["change_values", *([] if system.contacts else ["advance"])])
+    return "\n\n".join([source, filled(python_template("switches"), replacements)])
 
 
 def canonical_source(equations: Equations, arguments: str) -> str:
@@ -239,6 +260,42 @@ _HELD = """\
 """
 
 
+def _event_tokens(equations: Equations) -> dict[str, str]:
+    """Return the tokens of a run that stops at events."""
+    contacts, switches = len(equations.system.contacts), len(equations.system.switches)
+    falls = ["events(t, y, self.p, mode=mode)"] if contacts else []
+    falls += ["switches(t, y, self.p)"] if switches else []
+    values = ["mode"] if contacts else []
+    values += ["y[[*PLACES]].astype(int)"] if switches else []
+    if contacts and switches:
+        falls = [f"*{falls[0].replace('mode=mode', f'mode=mode[:{contacts}]')}", f"*{falls[1]}"]
+        values = ["(*mode, *y[[*PLACES]].astype(int))"]
+    mode = f", mode[:{contacts}]" if switches else ", mode"
+    projected = "project(t + h, y + h/6*(k1 + 2*k2 + 2*k3 + k4), p@IN@)"
+    return {
+        "@FALLS@": ", ".join(falls),
+        "@VALUES@": values[0],
+        "@HAPPENS@": event_lines(
+            python_template,
+            [kind for kind, number in (("contacts", contacts), ("switches", switches)) if number],
+            (f"if event < {contacts}:", ""),
+            *(2 * TAB, TAB),
+        ),
+        "@NUMBER@": f"event - {contacts} if event >= {contacts} else -1" if contacts else "event",
+        "@STEPPED@": projected
+        if equations.system.multipliers
+        else "y + h/6*(k1 + 2*k2 + 2*k3 + k4)",
+        "@AT@": ", led back to what is closed" if equations.system.multipliers else "",
+        "@TOO@": " and mode" if contacts else "",
+        "@HELD_MODE@": mode if contacts else "",
+        "@MODED@": ", mode=mode" if contacts else "",
+        "@MODE@": ", mode=FLIGHT" if contacts else "",
+        "@IN@": ", mode" if contacts else "",
+        "@C@": str(contacts + switches),
+        "@MOST@": str(2 * (contacts + switches)),
+    }
+
+
 def script_source(equations: Equations, decorator: str) -> str:
     """Define ``integrate`` and the run of the module as a script.
 
@@ -254,15 +311,22 @@ def script_source(equations: Equations, decorator: str) -> str:
     closed = bool(system.closures or system.contacts)
     asks = system.initial is None or any(p.value is None for p in system.parameters)
     initial = "INITIAL" if system.initial is not None else f'[float("nan")]*{size}'
-    plain = not (closed or recorded)
+    has_events = bool(system.contacts or system.switches)
+    plain = not (closed or recorded or has_events)
     held_inputs = _HELD if recorded else ""
     begin, step = "", "y = integrate(y, t, following, steps, p)"
     if system.closures:
         begin = _checked(f"y, wrong = start(y, {start!r}, until, p)")
     if system.contacts:
         begin += _checked(f"y, mode, wrong = begin(y, {start!r}, until, p)")
-        begin += "    largest = np.zeros(2*len(mode))\n"
         step = "y, mode = integrate(y, t, following, steps, p, mode, largest)"
+    if system.switches:
+        begin += f"    y = change({start!r}, y, p)\n    if y is None:\n"
+        begin += '        sys.exit("a state with two values has neither at the start")\n'
+        if not system.contacts:
+            step = "y = integrate(y, t, following, steps, p, largest)"
+    if has_events:
+        begin += f"    largest = np.zeros({2 * (len(system.contacts) + len(system.switches))})\n"
         lines = held_inputs.replace("=s +", "=t +").splitlines(keepends=True)
         held_inputs = "".join(line[4:] for line in lines)
     reason = _SINGULAR_CLOSED if closed else _SINGULAR
@@ -287,7 +351,9 @@ def script_source(equations: Equations, decorator: str) -> str:
         "@EVENTS@": str(MOST_EVENTS_A_STEP),
         "@BOUNCES@": str(MOST_REBOUNDS),
     }
-    names = ["integrate_contacts" if system.contacts else "integrate"]
+    replacements = {**(_event_tokens(equations) if has_events else {}), **replacements}
+    names = ["integrate_events" if has_events else "integrate"]
+    names += ["begin_contacts"] if system.contacts else []
     names += ["start"] if system.closures else []
     return "\n\n".join(filled(python_template(name), replacements) for name in [*names, "main"])
 

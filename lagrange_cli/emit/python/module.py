@@ -23,13 +23,14 @@ from lagrange_cli.emit.python.interface import (
     projection_source,
     recorded_source,
     script_source,
+    switches_source,
     whole_jacobians,
 )
 from lagrange_cli.emit.python.layout import TAB, Signature, Tables, defined
 from lagrange_cli.emit.python.names import SceneNames, scene_names
 from lagrange_cli.emit.python.traced import refuse_branches, refuse_further, traced_text
 from lagrange_cli.emit.python.vocabulary import VOCABULARIES, Vocabulary
-from lagrange_cli.emit.shared_code import programs_of_momenta, require_no_switches
+from lagrange_cli.emit.shared_code import programs_of_momenta
 from lagrange_cli.emit.template_files import filled, python_template
 from lagrange_cli.errors import InputError
 from lagrange_cli.program.emitted_functions import (
@@ -81,6 +82,7 @@ _DOCS = {
     "velocities": "Time derivatives of the Cartesian names, in the order of CARTESIAN.",
     "inputs": "Inputs as the scene has them at time t, in the order of INPUTS.",
     "outputs": "Outputs, in the order of OUTPUTS.",
+    "switches": "Numbers, one for each of SWITCHES, that are positive as long as its value stays.",
     "multipliers": "Multipliers, in the order of MULTIPLIERS.",
     "constraints": "Residuals: lhs - rhs of closures of positions, then rates of all closures.",
     "position_error": "Closures of positions, then the magnitudes behind them.",
@@ -113,7 +115,6 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     InputError
         A constant is outside the range of a double, or the style cannot hold the scene.
     """
-    require_no_switches(equations, "the run of this module")
     text = _Module(equations, options).text()
     return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
 
@@ -301,5 +302,6 @@ class _Module:
             *([canonical_source(equations, self.arguments)] if self.canonical else []),
             projection_source(equations, self.programs),
             contacts_source(equations, self.arguments),
+            switches_source(equations, self.arguments),
             script_source(equations, self.vocabulary.decorator),
         ]

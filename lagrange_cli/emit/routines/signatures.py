@@ -1,8 +1,8 @@
 """Routines as they are read from their Python: arguments, kinds of numbers, statements.
 
 A kind is ``int`` (never negative), ``real``, ``bool``, ``reals`` (an array), ``integers`` (a table
-of indices), ``closures``, ``contacts``, ``dynamics`` or ``motion`` (functions of the scene), or
-``none`` for routines without a result.
+of indices), ``closures``, ``contacts``, ``dynamics``, ``motion`` or ``relays`` (functions of the
+scene), or ``none`` for routines without a result.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ _KINDS = {
     "Contacts": "contacts",
     "Dynamics": "dynamics",
     "Motion": "motion",
+    "Relays": "relays",
     "None": "none",
 }
 
@@ -36,7 +37,7 @@ _KINDS = {
 _OF_VALUES: Mapping[type, str] = {bool: "bool", int: "int", float: "real"}
 
 #: Kinds of arguments that stand for functions of the scene.
-SCENE_FUNCTIONS = frozenset({"closures", "contacts", "dynamics", "motion"})
+SCENE_FUNCTIONS = frozenset({"closures", "contacts", "dynamics", "motion", "relays"})
 
 #: Functions of numbers that every language has.
 NUMERIC = frozenset({"abs", "max", "min", "sqrt"})

@@ -255,6 +255,7 @@ class _Values:
             "closures": [c.expression for c in s.closures if c.kind == "position"],
             "rates": [c.rate for c in s.closures],
             "state_rates": [state.rate for state in s.states],
+            "switches": [z.switch.until(z.symbol) for z in s.switches],
             "inputs": [] if recorded else [u.expression for u in s.inputs],
         }
         arguments = [s.t, *s.state_symbols]

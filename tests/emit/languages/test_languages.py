@@ -23,7 +23,7 @@ from tests.emit.languages.javascript import JavaScript
 from tests.emit.languages.octave import Octave
 from tests.emit.languages.reference import calls, derivatives, states_at
 from tests.emit.languages.rust import Rust
-from tests.systems.shipped import APART, SCENES, SLICE, SWITCHED, derived
+from tests.systems.shipped import APART, SCENES, SLICE, derived
 
 DRIVERS = {driver.language: driver for driver in (JavaScript(), Fortran(), Octave(), Rust(), Cpp())}
 
@@ -52,7 +52,7 @@ def _solvers(equations):
     return {step.routine for step in steps if isinstance(step, Solve)}
 
 
-ALL = [name for name in (*SCENES, *APART) if name not in SWITCHED]
+ALL = [*SCENES, *APART]
 
 
 def in_parts(chosen, number):
@@ -67,7 +67,7 @@ def in_parts(chosen, number):
 
 @pytest.mark.slow
 @every_language
-@pytest.mark.parametrize("names", in_parts(SLICE, 25))
+@pytest.mark.parametrize("names", in_parts((*SLICE, "slider_with_play"), 25))
 def test_functions_agree_with_the_equations(driver, names, tmp_path):
     driver.require()
     _agree(driver, [derived(name) for name in names], tmp_path)

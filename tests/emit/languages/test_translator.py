@@ -20,7 +20,7 @@ from tests.emit.emitted_c import Compiled, run, write
 from tests.emit.languages.javascript import JavaScript
 from tests.program.test_bandwidth import state
 from tests.program.test_large_systems import CASES, near_rest
-from tests.systems.shipped import APART, SCENES, SWITCHED, derived
+from tests.systems.shipped import APART, SCENES, derived
 
 #: Scenes with closures: of positions and of rates, in singular mass matrices, by loops.
 CLOSED = ("andrews_squeezer", "bicycle", "hanging_net", "net_of_rods_and_springs", "snakeboard")
@@ -31,7 +31,7 @@ SPAN = 1 / 200
 
 def closed():
     """Scenes with closures, and those that a campaign looks at."""
-    others = [name for name in (*SCENES, *APART) if name not in {*CLOSED, *SWITCHED}]
+    others = [name for name in (*SCENES, *APART) if name not in CLOSED]
     return [*CLOSED, *(pytest.param(name, marks=pytest.mark.campaign) for name in others)]
 
 

@@ -1,6 +1,7 @@
-"""Motions: recorded inputs, steps to events, whose times are bisected to rounding, and fixed steps
-(E. Hairer, S. P. Norsett and G. Wanner, *Solving Ordinary Differential Equations I*, 1993, II.1; E.
-Hairer, C. Lubich and G. Wanner, *Geometric Numerical Integration*, 2006, II.1 and VIII.6)."""
+"""Motions: recorded inputs, steps to events, whose times are bisected to rounding, states with two
+values (A. Visintin, *Differential Models of Hysteresis*, 1994, IV), and fixed steps (E. Hairer,
+S. P. Norsett and G. Wanner, *Solving Ordinary Differential Equations I*, 1993, II.1; E. Hairer, C.
+Lubich and G. Wanner, *Geometric Numerical Integration*, 2006, II.1 and VIII.6)."""
 
 from __future__ import annotations
 
@@ -19,6 +20,17 @@ SETTLED = 2.0**-48
 
 #: Iterations of an implicit step: more do not fit into real time.
 MOST_ITERATIONS = 50
+
+
+#: Status where a number is not known.
+UNDETERMINED = 1
+
+#: Status where both conditions of a state hold, so that it has neither value.
+NO_VALUE = 4
+
+#: Part of the largest number of a state by which a condition may hold behind a change: it may be
+#: error of the steps so far, as where play is left in the direction from which it is entered again.
+ERROR_OF_STEPS = 2.0**-20
 
 
 class Motion(Protocol):
@@ -47,7 +59,8 @@ def advance(
     largest: Array,
     taken: Array,
 ) -> int:
-    """Advance the n numbers of a state from t by h, or to the first event of c contacts.
+    """Advance the n numbers of a state from t by h, or to the first event of c
+    contacts and relays.
 
     Return the number of the contact, c without an event, c + 1 without a result; the time that it
     took is stored in taken. largest holds the largest numbers so far, of open contacts, then of
@@ -103,6 +116,60 @@ def first_due(c: int, mode: Integers, before: Array, values: Array, largest: Arr
         if due == c and values[k] < least:
             due = k
     return due
+
+
+class Relays(Protocol):
+    """Functions of such states at one time: ``switches`` stores their numbers and tells whether
+    there are any."""
+
+    def switches(self, y: Array, results: Array, /) -> bool: ...
+
+
+def change_values(
+    n: int,
+    s: int,
+    relays: Relays,
+    event: int,
+    places: Integers,
+    y: Array,
+    values: Array,
+    changed: Array,
+) -> int:
+    """Change the states with two values that are due: that of an event, and those whose number is
+    below zero; at a start, where event is s, zero counts as that.
+
+    y has n numbers, places says where the s states stand among them. values and changed are
+    overwritten. Return 0, or why nothing follows: 1 where a number is not known, 4 where both
+    conditions of a state hold.
+    """
+    for k in range(s):
+        changed[k] = 0.0
+    if event < s:
+        y[places[event]] = 1.0 - y[places[event]]
+        changed[event] = 1.0
+    touches = event == s
+    changing = True
+    while changing:
+        changing = False
+        if not relays.switches(y, values):
+            return UNDETERMINED
+        for k in range(s):
+            due = values[k] < 0.0
+            if touches:
+                due = values[k] <= 0.0
+            if due and not changed[k] > 0.0:
+                y[places[k]] = 1.0 - y[places[k]]
+                changed[k] = 1.0
+                changing = True
+        touches = False
+    largest = 0.0
+    for i in range(n):
+        if abs(y[i]) > largest:
+            largest = abs(y[i])
+    for k in range(s):
+        if changed[k] > 0.0 and values[k] < -ERROR_OF_STEPS * largest:
+            return NO_VALUE
+    return 0
 
 
 def interpolated(rows: int, width: int, table: Array, t: float, at: float) -> float:

@@ -14,6 +14,7 @@ from lagrange_cli.program.lowered.routines.elimination import (
 from lagrange_cli.program.lowered.routines.impacts import falling, reset_contacts
 from lagrange_cli.program.lowered.routines.motions import (
     advance,
+    change_values,
     implicit_midpoint,
     interpolated,
     runge_kutta,
@@ -26,7 +27,7 @@ from lagrange_cli.program.lowered.routines.projection import (
 from lagrange_cli.program.lowered.routines.saddle import solve_saddle
 
 #: Name → routine; solvers return whether there is a solution. Those of projections,
-#: contacts, recordings and fixed steps follow.
+#: contacts, states with two values, recordings and fixed steps follow.
 ROUTINES: Mapping[str, Callable[..., Any]] = {
     "banded": solve_banded,
     "columns": solve_columns,
@@ -39,6 +40,7 @@ ROUTINES: Mapping[str, Callable[..., Any]] = {
     "is_near": is_near,
     "falling": falling,
     "reset_contacts": reset_contacts,
+    "change_values": change_values,
     "advance": advance,
     "interpolated": interpolated,
     "runge_kutta": runge_kutta,
