@@ -29,34 +29,40 @@ def _document(
     return written_document(name, equations, options)
 
 
-def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
-    from lagrange_cli.emit.c.module import emit_c
-    from lagrange_cli.emit.c.steps import FIXED_STEPS, require_steps
+def _step_errors(equations: Equations, options: Mapping[str, OptionValue]) -> Mapping[str, str]:
+    """Measure the errors of the fixed steps that are asked for: function → a sentence on it."""
+    from lagrange_cli.emit.fixed_steps import FIXED_STEPS, require_steps
 
     errors = {}
     for name in require_steps(equations, options):
         from lagrange_cli.studies.step_error import step_error  # imports SciPy
 
         errors[name] = step_error(equations, FIXED_STEPS[name].routine, FIXED_STEPS[name].arrays)
-    return emit_c(equations, options, errors)
+    return errors
+
+
+def _c(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
+    from lagrange_cli.emit.c.module import emit_c
+
+    return emit_c(equations, options, _step_errors(equations, options))
 
 
 def _python(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.python.module import emit_python
 
-    return emit_python(equations, options)
+    return emit_python(equations, options, _step_errors(equations, options))
 
 
 def _javascript(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.languages.javascript import emit_javascript
 
-    return emit_javascript(equations, options)
+    return emit_javascript(equations, options, _step_errors(equations, options))
 
 
 def _fortran(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.languages.fortran import emit_fortran
 
-    return emit_fortran(equations, options)
+    return emit_fortran(equations, options, _step_errors(equations, options))
 
 
 def _fmu(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -74,19 +80,19 @@ def _packed_fmu(name: str, texts: Mapping[str, str]) -> Package:
 def _octave(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.languages.octave import emit_octave
 
-    return emit_octave(equations, options)
+    return emit_octave(equations, options, _step_errors(equations, options))
 
 
 def _cpp(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.languages.cpp import emit_cpp
 
-    return emit_cpp(equations, options)
+    return emit_cpp(equations, options, _step_errors(equations, options))
 
 
 def _rust(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
     from lagrange_cli.emit.languages.rust import emit_rust
 
-    return emit_rust(equations, options)
+    return emit_rust(equations, options, _step_errors(equations, options))
 
 
 def _tikz(equations: Equations, options: Mapping[str, OptionValue]) -> dict[str, str]:
@@ -180,6 +186,7 @@ EMITTERS: dict[str, Emitter] = {
                 _JACOBIAN,
                 _LINEARIZATION,
                 _CANONICAL,
+                *_STEPS,
             ),
         ),
         Emitter(
@@ -188,7 +195,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".mjs",),
             single_file=True,
             run=_javascript,
-            options=(_JACOBIAN,),
+            options=(_JACOBIAN, *_STEPS),
         ),
         Emitter(
             name="fortran",
@@ -196,7 +203,11 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".f90",),
             single_file=True,
             run=_fortran,
-            options=(Option("main", "a program that integrates and prints CSV"), _JACOBIAN),
+            options=(
+                Option("main", "a program that integrates and prints CSV"),
+                _JACOBIAN,
+                *_STEPS,
+            ),
         ),
         Emitter(
             name="octave",
@@ -205,7 +216,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_octave,
             reserved=OCTAVE_RESERVED,
-            options=(_JACOBIAN,),
+            options=(_JACOBIAN, *_STEPS),
         ),
         Emitter(
             name="fmu",
@@ -225,7 +236,7 @@ EMITTERS: dict[str, Emitter] = {
             single_file=True,
             run=_cpp,
             reserved=C_HEADERS,
-            options=(_MAIN, _JACOBIAN),
+            options=(_MAIN, _JACOBIAN, *_STEPS),
         ),
         Emitter(
             name="rust",
@@ -233,7 +244,7 @@ EMITTERS: dict[str, Emitter] = {
             extensions=(".rs",),
             single_file=True,
             run=_rust,
-            options=(_MAIN, _JACOBIAN),
+            options=(_MAIN, _JACOBIAN, *_STEPS),
         ),
         Emitter(
             name="tikz",

@@ -4,4 +4,4 @@ Equations go in; file names with their text come out. The contract of a format, 
 is in :mod:`.base`; read it first.
 """
 
-__all__ = ["base", "initial_state", "naming", "template_files"]
+__all__ = ["base", "fixed_steps", "initial_state", "naming", "template_files"]

@@ -1,6 +1,6 @@
 """Errors of fixed steps in emitted code: the routine itself, run beside an accurate motion.
 
-The inputs are those of the scene, held over a step, and sampled controllers set theirs.
+Sampled controllers set inputs, which are held; those of the scene vary within a step.
 """
 
 from __future__ import annotations
@@ -54,9 +54,18 @@ def step_error(equations: Equations, routine: str, arrays: int) -> str:
         Number of the arrays that it overwrites.
     """
     try:
-        return _measured(model_of(equations), routine, arrays)
+        return _measured(model_of(equations), routine, arrays) + _unheld(equations)
     except LagrangeError:
         return "Its error was not measured: the scene by itself has no motion."
+
+
+def _unheld(equations: Equations) -> str:
+    """Say that inputs of the scene, unlike those of a controller, were not held over a step."""
+    held_names = {name for c in equations.system.controllers for name, _ in c.held_inputs}
+    varying = [u.name for u in equations.system.inputs if u.name not in held_names and u.expression]
+    if not varying:
+        return ""
+    return f" There {', '.join(varying)} varied within steps: held, it adds an error of order h."
 
 
 def _measured(model: Model, routine: str, arrays: int) -> str:

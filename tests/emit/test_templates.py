@@ -77,7 +77,7 @@ MAIN_VALUES = {
     "@EVENTS@": "    status = @NAME@_events(t, y, 0, p, mode, work, out);\n",
     "@RHS@": "        status = @NAME@_rhs(t + at[stage]*h, s, 0, p, work, k[stage]);\n",
     "@START@": "@ZERO@",
-    "@STEP@": "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)",
+    "@STEP@": "@NAME@_stepped(start + (@REAL@)(row*steps + step)*h, h, &p, y)",
     "@STEPPED@": "0",
     "@STATE_NAMES@": '"a", "b", "c", "dot(a)", "dot(b)", "dot(c)"',
     "@GIVEN@": "1, 1, 1, 1, 1, 1",
@@ -232,6 +232,7 @@ PYTHON_OWN = {
         "@HAPPENS@": "        break\n",
     },
     "integrate": {"@U@": ", held", "@LED@": ""},
+    "fixed_step": {"@STEP@": "step", "@HELD@": "", "@NOTES@": "A step."},
     "whole_jacobian": {"@FUNCTION@": "jacobian", "@CONSTANT@": "JACOBIAN"},
     "main": {"@STATES@": ", *STATES", "@STEPS@": "20"},
 }

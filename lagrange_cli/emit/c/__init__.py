@@ -4,4 +4,4 @@ Equations and a number type go in; text that needs only <math.h> comes out. Read
 first; the other modules write one group of functions each.
 """
 
-__all__ = ["body", "constraints", "module", "solvers", "steps", "target"]
+__all__ = ["body", "constraints", "module", "solvers", "target"]

@@ -1,4 +1,4 @@
-"""Functions of emitted C that ``--with`` asks for: Jacobians, linearizations, canonical equations.
+"""Functions of emitted C that ``--with`` asks for: derivatives, canonical equations, fixed steps.
 
 Each has its declaration for the header and its definition. A linearization is put together of
 Jacobians; the canonical equations are functions of [q, p] around those of [q, v].
@@ -7,10 +7,13 @@ Jacobians; the canonical equations are functions of [q, p] around those of [q, v
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.c.constraints import mode_target, workspace_size
+from lagrange_cli.emit.c.solvers import routine_texts
 from lagrange_cli.emit.c.target import CTarget, wrapped
+from lagrange_cli.emit.fixed_steps import FIXED_STEPS, step_note
 from lagrange_cli.emit.initial_state import residual_labels
 from lagrange_cli.emit.naming import comment_text
 from lagrange_cli.emit.shared_code import momentum_names
@@ -245,3 +248,64 @@ def _filled(text: str, target: CTarget) -> str:
             token, target.arguments(result).replace("*y, const", f"*{state}, const")
         )
     return text
+
+
+# -- fixed steps, for real time: no allocation, the inputs held over a step ------------------
+
+#: A function of the interface around its routine.
+_FUNCTION = """\
+int @NAME@_@STEP@(@REAL@ t, @REAL@ *y, const @REAL@ *u, const @NAME@_params *p, @REAL@ h,
+    @REAL@ *work)
+{
+    @REAL@ *const own = work + @NAME@_WORK;
+    int status = 0;
+    if (!@NAME@_@ROUTINE@(@SIZE@, u, p, work, &status, t, h, y, @ARRAYS@) && status == 0) {
+        status = 3;
+    }
+    return status;
+}
+"""
+
+
+def step_text(equations: Equations, target: CTarget, asked: list[str]) -> str:
+    """Write the functions, and the routines behind them."""
+    size = equations.system.layout.size
+    parts = routine_texts([FIXED_STEPS[name].routine for name in asked], target)
+    for name in asked:
+        method = FIXED_STEPS[name]
+        arrays = ", ".join(f"own + {k * size}" if k else "own" for k in range(method.arrays))
+        tokens = {"@STEP@": name, "@ROUTINE@": method.routine, "@SIZE@": str(size)}
+        parts.append(target.fill(_FUNCTION, {**tokens, "@ARRAYS@": arrays}))
+    return "\n".join(parts)
+
+
+def step_declarations(
+    equations: Equations, target: CTarget, asked: list[str], errors: Mapping[str, str]
+) -> str:
+    """Declare the functions, with what was measured of their errors."""
+    if not asked:
+        return ""
+    lines = list(_documented(equations, target.prefix, asked, errors))
+    most = max(FIXED_STEPS[name].arrays for name in asked) * equations.system.layout.size
+    real, prefix = target.real.name, target.prefix
+    arguments = (
+        f"{real} t, {real} *y, const {real} *u, const {prefix}_params *p, {real} h, {real} *work"
+    )
+    declared = [f"int {prefix}_{name}({arguments});" for name in asked]
+    size = f"#define {prefix}_STEP_WORK ({prefix}_WORK + {most})"
+    return "\n".join(
+        ["", "/*", *(f" * {line}".rstrip() for line in lines), " */", size, *declared, ""]
+    )
+
+
+def _documented(
+    equations: Equations, prefix: str, asked: list[str], errors: Mapping[str, str]
+) -> Iterator[str]:
+    yield "Fixed steps for real time: y at t becomes y at t + h, with u held in between."
+    yield f"work holds {prefix}_STEP_WORK numbers. A result of 3: the iteration does not settle,"
+    yield "since h is too long; y is left as it was unless the result is 0."
+    if equations.system.closures:
+        yield f"Steps leave closures by their errors: {prefix}_project leads back."
+    for name in asked:
+        text = f"{prefix}_{name}: {step_note(name, errors)}"
+        yield from wrap(text, 90, subsequent_indent="  ")

@@ -96,7 +96,7 @@ _REASON_AT_SWITCH = (
     '                        : "states with two values change without end"'
 )
 
-_STEP = "@NAME@_step(start + (@REAL@)(row*steps + step)*h, h, &p, y)"
+_STEP = "@NAME@_stepped(start + (@REAL@)(row*steps + step)*h, h, &p, y)"
 
 _BEGUN = """\
     if (@NAME@_begin(start, until, y, &p, mode) != 0) {
@@ -169,7 +169,7 @@ def event_replacements(equations: Equations, target: CTarget, recorded: str) -> 
         "@MODES@": "    static int mode[@NAME@_CONTACTS];\n" if contacts else "",
         "@BEGUN@": (_BEGUN if contacts else "") + (_BEGUN_SWITCHES if switches else ""),
         "@SEARCH@": "\n".join(routine_texts(["advance"], target)),
-        "@STEP@": _STEP.replace("step(", "follow(").replace(
+        "@STEP@": _STEP.replace("stepped(", "follow(").replace(
             "&p, y", "&p, mode, y" if contacts else "&p, y"
         ),
         **_event_calls(equations, recorded),

@@ -26,6 +26,8 @@ from lagrange_cli.emit.c.further import (
     derivatives_of,
     linearization_text,
     pattern_texts,
+    step_declarations,
+    step_text,
 )
 from lagrange_cli.emit.c.header import header_text
 from lagrange_cli.emit.c.main import main_text
@@ -34,8 +36,8 @@ from lagrange_cli.emit.c.solvers import (
     loop_helpers,
     solver_text,
 )
-from lagrange_cli.emit.c.steps import require_steps, step_declarations, step_text
 from lagrange_cli.emit.c.target import CTarget, real_type
+from lagrange_cli.emit.fixed_steps import require_steps
 from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.naming import C_HEADERS, file_stem
 from lagrange_cli.emit.shared_code import programs_of_momenta, switch_places

@@ -10,11 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import prod
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
+from lagrange_cli.emit.fixed_steps import require_steps
 from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.languages.cpp_program import (
     contacts_text,
+    fixed_step_texts,
     main_text,
     project_text,
     recorded_text,
@@ -22,6 +25,7 @@ from lagrange_cli.emit.languages.cpp_program import (
     switches_text,
 )
 from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.emit.languages.module_parts import Steps
 from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
     Language,
@@ -233,7 +237,11 @@ class Cpp(Language):
         return f"for ({bounds}) {{", self.ended
 
 
-def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_cpp(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """``NAME.hpp``.
 
     Parameters
@@ -256,6 +264,8 @@ def emit_cpp(equations: Equations, options: Mapping[str, str | bool]) -> dict[st
     functions = module_functions(language)
     around = [recorded_text(language), contacts_text(language), project_text(language)]
     around.append(switches_text(language))
+    steps = Steps(equations, require_steps(equations, options), step_errors)
+    around += fixed_step_texts(language, steps)
     (name,) = unique_identifiers([interface.name], frozenset(_GLOBAL.split()))
     main = [main_text(language, name).strip()] if options["main"] else []
     routines = routine_texts(language)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from math import isfinite
 
+from lagrange_cli.emit.fixed_steps import FixedStep
 from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
+    Steps,
     contact_tokens,
     projection_text,
+    step_texts,
     switch_tokens,
 )
 from lagrange_cli.emit.languages.printer import (
@@ -159,6 +162,18 @@ def _follow_text(interface: Interface) -> str:
     return filled(template("cpp", "follow.hpp"), tokens) + "\n"
 
 
+def fixed_step_texts(language: Language, steps: Steps) -> list[str]:
+    """Return the functions of fixed steps that are asked for, with what they call."""
+    taken = _taken(language.interface)
+
+    def further(method: FixedStep) -> dict[str, str]:
+        arrays = ", ".join(f"arrays[{k}].data()" for k in range(method.arrays))
+        return {"@ARRAYS@": str(method.arrays), "@PASSED@": arrays, **taken}
+
+    texts = step_texts(language, steps, template("cpp", "fixed_step.hpp"), "NaN", "/// ", further)
+    return [filled(template("cpp", "dynamics.hpp"), taken).rstrip(), *texts] if texts else []
+
+
 def main_text(language: Language, name: str) -> str:
     interface, contacts = language.interface, language.interface.contacts
     language.routines |= {"advance"} if interface.events else set()
@@ -176,7 +191,7 @@ def main_text(language: Language, name: str) -> str:
     begun += template("cpp", "begin_switches.hpp") if interface.switches.names else ""
     begun += template("cpp", "begin_events.hpp") if interface.events else ""
     led = f"project(t + h, next, {_given(interface, 't + h', 't + h', 'next')}p@IN@)"
-    step = "y = @NAME@::step(t + k*h, h, y, p);"
+    step = "y = @NAME@::stepped(t + k*h, h, y, p);"
     if interface.events:
         mode = "mode, " if contacts else ""
         step = f"y = @NAME@::follow(t + k*h, h, y, p, {mode}largest);"

@@ -11,11 +11,14 @@ from dataclasses import replace
 from fractions import Fraction
 from math import prod
 from textwrap import indent
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
+from lagrange_cli.emit.fixed_steps import require_steps
 from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.languages.fortran_procedures import (
     contacts_text,
+    fixed_step_texts,
     integrate_text,
     project_text,
     recorded_text,
@@ -26,13 +29,16 @@ from lagrange_cli.emit.languages.fortran_program import (
     event_constants,
     helper_functions,
     main_program,
+    split_line,
 )
 from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.emit.languages.module_parts import Steps
 from lagrange_cli.emit.languages.printer import (
     COUNTERS,
     FunctionCalled,
     Language,
     local_arrays,
+    module_functions,
 )
 from lagrange_cli.emit.languages.values import Interface, takes_mode
 from lagrange_cli.emit.naming import file_stem
@@ -87,9 +93,6 @@ _TAKEN = {"bool": "succeeded", "real": "measured", "int": "counted"}
 
 #: Numbers of an array from which on it is allocated instead of standing on the stack.
 _LARGE = 4096
-
-#: Columns of a line that Fortran reads.
-_COLUMNS = 132
 
 #: Letters of a name, of which the main program adds five.
 _LONGEST = 58
@@ -345,14 +348,6 @@ def _without_check(function: Function) -> tuple[Step, ...]:
     return function.body[:-1] if prod(function.shape) else function.body
 
 
-def _split(line: str) -> Iterator[str]:
-    """Yield the lines of a statement of which a word would not fit in a line."""
-    while len(line) > _COLUMNS and not line.lstrip().startswith("!"):
-        yield line[: _COLUMNS - 1] + "&"
-        line = "&" + line[_COLUMNS - 1 :]
-    yield line
-
-
 def _parameters(language: Fortran) -> Iterator[str]:
     yield "!> Parameters, with their values in the scene."
     yield "type :: parameters"
@@ -381,21 +376,19 @@ def _constants(language: Fortran) -> Iterator[str]:
         yield from language.broken(f"integer, parameter :: {name}({len(table)}) = [{values}]")
 
 
-def _module(language: Fortran) -> str:
+def _module(language: Fortran, steps: Steps) -> str:
     interface = language.interface
     projection, contacts = interface.projection, interface.contacts
-    functions = [
-        "\n".join(language.function_lines(*pair))
-        for pair in (*interface.functions, *interface.inner)
-    ]
+    functions = module_functions(language)
     functions += [recorded_text(language)] if interface.recorded else []
     functions += [] if contacts is None else [contacts_text(language, contacts)]
     functions += [] if projection is None else [project_text(language, projection)]
     functions += [switches_text(language)] if interface.switches.names else []
+    functions += fixed_step_texts(language, steps)
     integrate = integrate_text(language)
     functions += [indent(text, language.tab) for text in routine_texts(language)]
     names = ["parameters", "integrate", *(f.name for f, _ in interface.functions)]
-    names += [] if interface.initial is None else ["initial"]
+    names += [*steps.names, *([] if interface.initial is None else ["initial"])]
     names += ["recorded"] if interface.recorded else []
     names += [] if projection is None else ["project"]
     names += ["is_near"] if interface.closed else []
@@ -420,7 +413,11 @@ def _module(language: Fortran) -> str:
     return "\n\n".join(parts)
 
 
-def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_fortran(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """``NAME.f90``; option: ``main``.
 
     Raises
@@ -440,6 +437,8 @@ def emit_fortran(equations: Equations, options: Mapping[str, str | bool]) -> dic
         caseless=True,
         longest=_LONGEST,
     )
-    text = _module(Fortran(interface)) + (f"\n{main_program(interface)}" if options["main"] else "")
-    lines = [part for line in text.split("\n") for part in _split(line)]
+    steps = Steps(equations, require_steps(equations, options), step_errors)
+    text = _module(Fortran(interface), steps)
+    text += f"\n{main_program(interface)}" if options["main"] else ""
+    lines = [part for line in text.split("\n") for part in split_line(line)]
     return {f"{file_stem(equations.presentation.name)}.f90": "\n".join(lines)}

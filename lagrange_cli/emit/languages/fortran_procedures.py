@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
+from lagrange_cli.emit.fixed_steps import FixedStep
 from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
+    Steps,
     contact_tokens,
+    step_texts,
     switch_tokens,
 )
 from lagrange_cli.emit.languages.printer import (
@@ -191,3 +194,19 @@ def integrate_text(language: Language) -> str:
         **_taken(language),
     }
     return filled(template("fortran", f"{name}.f90"), tokens).rstrip("\n")
+
+
+def fixed_step_texts(language: Language, steps: Steps) -> list[str]:
+    """Return the subroutines of fixed steps that are asked for."""
+
+    def further(method: FixedStep) -> dict[str, str]:
+        arrays = ", ".join(f"arrays(:, {k + 1})" for k in range(method.arrays))
+        call = f"call {method.routine}(@SIZE@, @HANDED@, t, h, y, {arrays}, done)"
+        return {
+            "@CALL@": _lines(language.broken(call), 2),
+            "@ARRAYS@": str(method.arrays),
+            **_taken(language),
+        }
+
+    text = template("fortran", "fixed_step.f90")
+    return step_texts(language, steps, text, "status is 3", "  !> ", further)

@@ -16,6 +16,9 @@ from lagrange_cli.program.lowered.routines.projection import START_TOLERANCE
 #: Constants of one statement.
 _A_STATEMENT = 200
 
+#: Columns of a line that Fortran reads.
+_COLUMNS = 132
+
 #: Letters of a line of constants.
 _WIDTH = 90
 
@@ -134,3 +137,11 @@ def helper_functions(text: str) -> Iterator[str]:
     for helper in template("fortran", "functions.f90").split("\n\n"):
         if f"{helper.split()[-1]}(" in text:
             yield helper.rstrip("\n")
+
+
+def split_line(line: str) -> Iterator[str]:
+    """Yield the lines of a statement of which a word would not fit in a line."""
+    while len(line) > _COLUMNS and not line.lstrip().startswith("!"):
+        yield line[: _COLUMNS - 1] + "&"
+        line = "&" + line[_COLUMNS - 1 :]
+    yield line

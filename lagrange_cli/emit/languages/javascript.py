@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
+from lagrange_cli.emit.fixed_steps import FixedStep, require_steps
 from lagrange_cli.emit.languages.interface import interface_of
 from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
+    Steps,
     contact_tokens,
+    step_texts,
     switch_tokens,
 )
 from lagrange_cli.emit.languages.printer import (
@@ -39,7 +43,7 @@ void while with yield NaN Infinity Math Number Float64Array Object Array console
 t y p u mode out i j k l given project violation led change RESIDUALS CONTACTS FLIGHT RECORDINGS
 matrix vector columns scales band multipliers work w
 COORDINATES PARAMETERS INPUTS DEFAULTS INITIAL START UNTIL ROWS STEPS main name async of
-integrate recorded events switches change step falls follow PLACES SWITCHES
+integrate recorded events switches change step midpoint stepped falls follow PLACES SWITCHES
 get set
 """
 
@@ -51,7 +55,7 @@ class JavaScript(Language):
     reserved: ClassVar = frozenset(_WORDS.split())
     tab = "  "
     inputs_last = True
-    renamed: ClassVar = {}
+    renamed: ClassVar = {"step": "stepped"}
 
     def head(self, function: Function, documentation: str) -> list[str]:
         further = ""
@@ -139,7 +143,11 @@ class JavaScript(Language):
 _STATES = ", ...STATES"
 
 
-def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_javascript(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """``NAME.mjs``.
 
     Raises
@@ -154,6 +162,8 @@ def emit_javascript(equations: Equations, options: Mapping[str, str | bool]) -> 
     functions = module_functions(language)
     around = [_recorded(language), _projection(language), _contacts(language)]
     around.append(_switches(language))
+    steps = Steps(equations, require_steps(equations, options), step_errors)
+    around += _fixed_steps(language, steps)
     script = _script(language)
     constants = {
         "COORDINATES": [c.name for c in interface.coordinates],
@@ -266,6 +276,20 @@ def _switches(language: JavaScript) -> str:
         **_arguments(language.interface),
     }
     return filled(template("javascript", "switches.mjs"), replacements).rstrip()
+
+
+def _fixed_steps(language: JavaScript, steps: Steps) -> list[str]:
+    """Return the functions of fixed steps that are asked for."""
+    size = language.interface.layout.size
+
+    def further(method: FixedStep) -> dict[str, str]:
+        return {
+            "@ARRAYS@": ", ".join([str(size)] * method.arrays),
+            **_arguments(language.interface),
+        }
+
+    text = template("javascript", "fixed_step.mjs")
+    return step_texts(language, steps, text, "NaN", " * ", further)
 
 
 def _event_tokens(interface: Interface) -> dict[str, str]:

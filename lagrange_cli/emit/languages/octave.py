@@ -11,15 +11,16 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import prod
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
+from lagrange_cli.emit.fixed_steps import require_steps
 from lagrange_cli.emit.languages.interface import interface_of
-from lagrange_cli.emit.languages.module_parts import (
-    SCRIPT_TOKENS,
-)
+from lagrange_cli.emit.languages.module_parts import SCRIPT_TOKENS, Steps
 from lagrange_cli.emit.languages.octave_program import (
     contacts_text,
     event_tokens,
+    fixed_step_texts,
     moving_tokens,
     project_text,
     quoted_names,
@@ -46,7 +47,8 @@ if TYPE_CHECKING:
 _WORDS = f"""
 {" ".join(PROGRAM_FUNCTIONS)} t y u p p_values out i j k l given matrix vector columns scales band
 multipliers work w main integrate project residual f varargin NaN eps zeros all isfinite isreal
-reshape nargin mode recorded reset events switches change step falls follow found succeeded
+reshape nargin mode recorded reset events switches change step midpoint stepped falls follow found
+succeeded
 """
 
 #: Functions of which Octave's own would return complex numbers, or pass over NaN.
@@ -74,7 +76,7 @@ class Octave(Language):
     tab = "  "
     named = "uqvz"
     inputs_last = True
-    renamed: ClassVar = {}
+    renamed: ClassVar = {"step": "stepped"}
     continued = " ..."
     words: ClassVar = {**Language.words, "not": "~", "!=": "~="}
     augments = False
@@ -234,7 +236,7 @@ def _row(texts: Sequence[str] | map[str]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _entry(language: Octave) -> Iterator[str]:
+def _entry(language: Octave, steps: Sequence[str]) -> Iterator[str]:
     """Yield the lines of the function that the file is named after."""
     interface, contacts = language.interface, language.interface.contacts
     switches = interface.switches.names
@@ -255,6 +257,7 @@ def _entry(language: Octave) -> Iterator[str]:
         "until": repr(interface.until),
         **{function.name: f"@{function.name}" for function, _ in interface.functions},
         "integrate": "@integrate",
+        **{name: f"@{name}" for name in steps},
         **({} if interface.projection is None else {"project": "@project"}),
         **({"recorded": "@recorded"} if interface.recorded else {}),
         **({} if contacts is None else {"contacts": quoted_names(contacts.names)}),
@@ -287,7 +290,11 @@ def _helpers(text: str) -> list[str]:
     return [named[name] for name in named if name in chosen]
 
 
-def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_octave(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """``NAME.m``.
 
     Raises
@@ -319,6 +326,8 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
     begun += template("octave", "begin_switches.m") if interface.switches.names else ""
     begun += template("octave", "begin_events.m") if interface.events else ""
     language.routines |= {"advance"} if interface.events else set()
+    steps = Steps(equations, require_steps(equations, options), step_errors)
+    functions += fixed_step_texts(language, steps)
     integrate = "integrate_events" if interface.events else "integrate"
     more = (", mode" if contacts else "") + (", largest" if interface.events else "")
     tokens = {
@@ -341,6 +350,11 @@ def emit_octave(equations: Equations, options: Mapping[str, str | bool]) -> dict
     }
     script = filled(template("octave", "script.m"), tokens).rstrip("\n")
     functions += routine_texts(language)
-    parts = ["\n".join(_entry(language)), *functions, script, *_helpers("\n".join(functions))]
+    parts = [
+        "\n".join(_entry(language, steps.names)),
+        *functions,
+        script,
+        *_helpers("\n".join(functions)),
+    ]
     stem = file_stem(equations.presentation.name, OCTAVE_RESERVED)
     return {f"{stem}.m": "\n\n".join(parts) + "\n"}

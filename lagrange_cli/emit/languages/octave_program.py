@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
+from lagrange_cli.emit.fixed_steps import FixedStep
 from lagrange_cli.emit.languages.module_parts import (
+    Steps,
     contact_tokens,
+    step_texts,
     switch_tokens,
 )
 from lagrange_cli.emit.languages.printer import (
@@ -135,3 +138,17 @@ def event_tokens(interface: Interface) -> dict[str, str]:
         "@C@": str(interface.events),
         "@TWICE@": str(2 * interface.events),
     }
+
+
+def fixed_step_texts(language: Language, steps: Steps) -> list[str]:
+    """Return the functions of fixed steps that are asked for."""
+    driven = "  if nargin < 5, u = inputs(t, y, p); end\n" if language.interface.inputs else ""
+
+    def further(method: FixedStep) -> dict[str, str]:
+        return {
+            "@ARRAYS@": ", ".join(["zeros(@SIZE@, 1)"] * method.arrays),
+            "@DRIVEN@": driven,
+            **taken_tokens(language.interface),
+        }
+
+    return step_texts(language, steps, template("octave", "fixed_step.m"), "NaN", "% ", further)

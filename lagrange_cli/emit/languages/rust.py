@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import prod
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
+from lagrange_cli.emit.fixed_steps import require_steps
 from lagrange_cli.emit.initial_state import require_a_program
 from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.emit.languages.module_parts import Steps
 from lagrange_cli.emit.languages.printer import (
     FunctionCalled,
     Language,
@@ -23,6 +26,7 @@ from lagrange_cli.emit.languages.printer import (
 from lagrange_cli.emit.languages.rust_program import (
     contacts_text,
     failure_tokens,
+    fixed_step_texts,
     main_text,
     project_text,
     recorded_text,
@@ -85,7 +89,7 @@ class Rust(Language):
     }
     whole: ClassVar = {"max": "core::cmp::max", "min": "core::cmp::min"}
     reserved: ClassVar = frozenset(_WORDS.split()) | frozenset(PROGRAM_FUNCTIONS)
-    renamed: ClassVar = {**Language.renamed, "switches": "switches_of"}
+    renamed: ClassVar = {**Language.renamed, "switches": "switches_of", "rhs": "rhs_of"}
 
     def head(self, function: Function, documentation: str) -> list[str]:
         size = prod(function.shape)
@@ -229,7 +233,11 @@ def _separate(step: Solve) -> tuple[list[str], Iterator[str]]:
     return lines, iter([*(f"part{k}" for k in range(len(ends))), "part"])
 
 
-def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_rust(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """``NAME.rs``.
 
     Parameters
@@ -252,6 +260,8 @@ def emit_rust(equations: Equations, options: Mapping[str, str | bool]) -> dict[s
     functions = module_functions(language)
     around = [recorded_text(language), project_text(language), contacts_text(language)]
     around.append(switches_text(language))
+    steps = Steps(equations, require_steps(equations, options), step_errors)
+    around += fixed_step_texts(language, steps)
     main = [main_text(language).rstrip()] if options["main"] else []
     routines = routine_texts(language)
     parts = [

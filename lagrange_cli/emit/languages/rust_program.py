@@ -5,10 +5,13 @@ from __future__ import annotations
 from itertools import compress
 from math import isfinite
 
+from lagrange_cli.emit.fixed_steps import FixedStep
 from lagrange_cli.emit.languages.module_parts import (
     SCRIPT_TOKENS,
+    Steps,
     contact_tokens,
     projection_text,
+    step_texts,
     switch_tokens,
 )
 from lagrange_cli.emit.languages.printer import (
@@ -156,6 +159,25 @@ def _follow_text(interface: Interface) -> str:
     return filled(template("rust", "follow.rs"), tokens) + "\n"
 
 
+def fixed_step_texts(language: Language, steps: Steps) -> list[str]:
+    """Return the functions of fixed steps that are asked for, with what they call."""
+    taken = _taken(language.interface)
+    language.numeric |= {"abs"} if "midpoint" in steps.names else set()
+
+    def further(method: FixedStep) -> dict[str, str]:
+        names = ("stage", "slope", "change")[: method.arrays]
+        return {
+            "@NAMES@": ", ".join(names),
+            "@ARRAYS@": str(method.arrays),
+            "@STATES@": size_text(language.interface),
+            **taken,
+        }
+
+    text = template("rust", "fixed_step.rs")
+    texts = step_texts(language, steps, text, "`NotFinite`", "/// ", further)
+    return [filled(template("rust", "dynamics.rs"), taken).rstrip(), *texts] if texts else []
+
+
 def main_text(language: Language) -> str:
     interface = language.interface
     contacts, driven = interface.contacts, len(interface.inputs)
@@ -194,7 +216,7 @@ def main_text(language: Language) -> str:
         "@RECORDED@": recorded,
         "@STEP@": f"follow(t + k as f64 * h, h, &mut y, &p, {mode}&mut largest)"
         if interface.events
-        else "step(t + k as f64 * h, h, &mut y, &p)",
+        else "stepped(t + k as f64 * h, h, &mut y, &p)",
         "@DRIVEN@": str(driven),
         "@C@": str(interface.events),
         "@S@": str(len(interface.switches.names)),

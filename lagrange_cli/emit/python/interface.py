@@ -10,11 +10,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
+from lagrange_cli.emit.fixed_steps import FIXED_STEPS, require_steps, step_lines
 from lagrange_cli.emit.initial_state import ROWS, steps_per_row
 from lagrange_cli.emit.python.layout import TAB, WIDTH, passed_on
 from lagrange_cli.emit.routines.signatures import Signature, routines_called
 from lagrange_cli.emit.shared_code import RECORDED_ROUNDING
 from lagrange_cli.emit.template_files import event_lines, filled, python_template
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.program.emitted_functions import ENTRIES
 from lagrange_cli.program.lowered.routines.impacts import INSTANT, reset_arrays
 from lagrange_cli.program.lowered.routines.projection import (
@@ -127,6 +129,58 @@ def switches_source(equations: Equations, arguments: str) -> str:
     }
     source = routines_source(["change_values", *([] if system.contacts else ["advance"])])
     return "\n\n".join([source, filled(python_template("switches"), replacements)])
+
+
+#: What holds the inputs over a step: functions of the module take them as a function.
+_HELD_VALUES = """\
+    values = u(t, y, p)
+
+    def held(t, y, p):
+        return values
+
+"""
+
+
+def steps_source(
+    equations: Equations,
+    arguments: str,
+    options: Mapping[str, str | bool],
+    errors: Mapping[str, str],
+) -> list[str]:
+    """Define functions of fixed steps that options ask for.
+
+    Parameters
+    ----------
+    arguments
+        Those of the functions of the interface behind ``t`` and ``y``, with their defaults.
+    errors
+        Function → a sentence on its measured error.
+    """
+    names = require_steps(equations, options)
+    if not names:
+        return []
+    routines = routines_source([FIXED_STEPS[name].routine for name in names])
+    texts = [routines, python_template("dynamics").rstrip() + "\n"]
+    driven = _HELD_VALUES if equations.system.inputs else ""
+    if driven and options["style"] == "numba":
+        message = "no fixed steps: functions of numba cannot be handed inputs that are held"
+        hint = "emit them without --style, or in another language"
+        raise InputError(Problem(message, Mark(equations.presentation.file, 1, 1), hint))
+    for name in names:
+        method = FIXED_STEPS[name]
+        lines = step_lines(equations, name, errors, "NaN", WIDTH - 8)
+        replacements = {
+            "@STEP@": name,
+            "@A@": arguments,
+            "@P@": "p, held" if driven else "p",
+            "@HELD@": driven,
+            "@NOTES@": f"\n{TAB}".join(lines),
+            "@ROUTINE@": method.routine,
+            "@ARRAYS@": str(method.arrays),
+            "@SIZE@": str(equations.system.layout.size),
+        }
+        texts.append(filled(python_template("fixed_step"), replacements))
+    return texts
 
 
 def canonical_source(equations: Equations, arguments: str) -> str:

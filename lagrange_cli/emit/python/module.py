@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.naming import PYTHON_MODULES, comment_text, file_stem
@@ -23,6 +24,7 @@ from lagrange_cli.emit.python.interface import (
     projection_source,
     recorded_source,
     script_source,
+    steps_source,
     switches_source,
     whole_jacobians,
 )
@@ -58,7 +60,7 @@ if TYPE_CHECKING:
 FUNCTIONS_OF_STATE = ("rhs", "mass_matrix", "forcing", "energy", "positions", "velocities")
 
 #: Options that ask for further functions.
-_FURTHER = ("jacobian", "linearization", "canonical")
+_FURTHER = ("jacobian", "linearization", "canonical", "step", "midpoint")
 
 #: Functions that take flags of contacts, and those that take targets too.
 _FLAGGED = frozenset({"gaps", "gap_terms"})
@@ -105,7 +107,11 @@ _DOCS = {
 }
 
 
-def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict[str, str]:
+def emit_python(
+    equations: Equations,
+    options: Mapping[str, str | bool],
+    step_errors: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, str]:
     """``NAME.py``.
 
     Raises
@@ -115,7 +121,7 @@ def emit_python(equations: Equations, options: Mapping[str, str | bool]) -> dict
     InputError
         A constant is outside the range of a double, or the style cannot hold the scene.
     """
-    text = _Module(equations, options).text()
+    text = _Module(equations, options, step_errors).text()
     return {f"{file_stem(equations.presentation.name, PYTHON_MODULES)}.py": text}
 
 
@@ -138,8 +144,14 @@ def _with_solution(programs: dict[str, Program], prefix: str) -> dict[str, Progr
 class _Module:
     """Parts of a module in their order."""
 
-    def __init__(self, equations: Equations, options: Mapping[str, str | bool]) -> None:
+    def __init__(
+        self,
+        equations: Equations,
+        options: Mapping[str, str | bool],
+        step_errors: Mapping[str, str],
+    ) -> None:
         self.equations = equations
+        self.step_errors = step_errors
         self.options = options
         self.style = str(options["style"])
         self.traced = self.style in ("jax", "casadi")
@@ -303,5 +315,6 @@ class _Module:
             projection_source(equations, self.programs),
             contacts_source(equations, self.arguments),
             switches_source(equations, self.arguments),
+            *steps_source(equations, self.arguments, self.options, self.step_errors),
             script_source(equations, self.vocabulary.decorator),
         ]
