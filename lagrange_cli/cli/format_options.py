@@ -51,10 +51,12 @@ def _with_further(
                 raise click.BadParameter(f"'{name}' is not one of {known}", ctx, option)
             ctx.params[name] = True
 
-    meanings = [
-        f"{name} ({', '.join(format_ for format_, _ in taken)}): {taken[0][1].help}"
-        for name, taken in declared.items()
-    ]
+    meanings: list[str] = []
+    first: dict[str, str] = {}
+    for name, taken in declared.items():
+        formats = ", ".join(format_ for format_, _ in taken)
+        meanings.append(f"{name} ({first.get(formats, formats)}): {taken[0][1].help}")
+        first.setdefault(formats, f"as {name}")
     several = "With commas between them: " if len(declared) > 1 else ""
     return click.option(
         "--with",
