@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.api.remembered import Answer, SceneSource, remembered
 from lagrange_cli.api.workspace import Workspace
+from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.stages import announce
 from lagrange_cli.state_layout import StateLayout
 
@@ -53,6 +54,8 @@ class RememberedScene:
         What the motion is differentiated by.
     steps
         The way of the steps that are wanted too; None for none.
+    steps_optional
+        True if scenes with rigid bodies, which have no steps, are derived without.
     reductions
         Numbers of motions for which the model has outputs.
     extra
@@ -75,6 +78,7 @@ class RememberedScene:
     formulation: Formulation | None = None
     sensitivity: tuple[str, ...] = ()
     steps: Way | None = None
+    steps_optional: bool = False
     reductions: tuple[Reduction, ...] = ()
     extra: tuple[str, ...] = ()
 
@@ -83,7 +87,14 @@ class RememberedScene:
         """The options as a part of questions to the cache."""
         values = [sorted(texts.items()) for texts in (self.parameters, self.initial, self.times)]
         reductions = [reduction.text for reduction in self.reductions]
-        further = self.forces, self.formulation, self.sensitivity, self.steps, self.extra
+        further = (
+            self.forces,
+            self.formulation,
+            self.sensitivity,
+            self.steps,
+            self.extra,
+            self.steps_optional,
+        )
         return [*values, *further, reductions]
 
     def answer(
@@ -162,11 +173,12 @@ class RememberedScene:
         started = perf_counter()
         loaded = self.loaded()
         when_read(loaded)
+        without_steps = self.steps_optional and bodies_of(loaded.scene)
         derivation = loaded.derive(
             digits=digits,
             forces=self.forces,
             formulation=self.formulation,
-            steps=self.steps,
+            steps=None if without_steps else self.steps,
             cache=self.workspace.cache,
         )
         announce("")

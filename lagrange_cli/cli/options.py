@@ -191,6 +191,13 @@ def way_of(steps: bool, by: Way | None, chosen: Mapping[str, str | bool | None])
     return by or ("lagrange" if steps or chosen.get("style") in EXERCISES else None)
 
 
+def steps_are_optional(
+    steps: bool, by: Way | None, chosen: Mapping[str, str | bool | None]
+) -> bool:
+    """Say whether steps are for the problem of an exercise alone, which can be without."""
+    return by is None and not steps and chosen.get("style") == "exercise"
+
+
 def cores() -> int:
     """Return the number of cores that this process may use."""
     import os

@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.cli.main import run
 from lagrange_cli.errors import InputError
+from lagrange_cli.report.contents.derivation.exercises import problem_statement
 from tests.emit.test_latex import compiled
-from tests.systems.shipped import derived
+from tests.systems.shipped import SYSTEMS, derived
 
 #: Documents that hold no picture, and those that do.
 FORMATS = {"latex": True, "markdown": False, "typst": False, "html": True}
@@ -78,3 +80,35 @@ def test_exercises_compile(language: str, style: str, tmp_path: Path) -> None:
 
 def test_names_are_escaped_once() -> None:
     assert r"\text{potential spring{[}1{]}}" in written("markdown", "oscillator_ring")
+
+
+def test_the_problem_of_bodies_needs_no_steps(capsys) -> None:
+    scene = str(SYSTEMS / "bodies/double_rod.yaml")
+    assert run(["emit", scene, "--to", "markdown", "--style", "exercise"]) == 0
+    text = capsys.readouterr().out
+    assert "Rigid bodies: upper of mass" in text
+    assert text.index("Count the") < text.index("Derive the") < text.index("Name the cyclic")
+    assert run(["emit", scene, "--to", "markdown", "--style", "solution"]) == 2
+    assert "written for particles alone" in capsys.readouterr().err
+
+
+def test_a_description_gives_no_result_away() -> None:
+    text = written("markdown", "slack_rope")
+    assert "A weight on a rope of length l starts at the lowest point" in text
+    assert "goes slack" not in text
+    assert "Timoshenko and Young" in text
+
+
+@pytest.mark.parametrize(
+    ("description", "problem"),
+    [
+        (
+            "It falls at x = t^2. The energy is conserved. W. Weber (1846).",
+            "It falls at x = t^2. W. Weber (1846).",
+        ),
+        ("It falls.\n\nIt falls faster.", "It falls."),
+        ("", ""),
+    ],
+)
+def test_a_problem_is_the_first_paragraph_or_sentences_without_results(description, problem):
+    assert problem_statement(description) == problem

@@ -106,7 +106,13 @@ def derive(
     way = options.way_of(steps, by, chosen)
     form = "lagrange" if form == "multiplier" else form
 
-    asked = replace(asked, forces=forces, formulation=formulation, steps=way)
+    asked = replace(
+        asked,
+        forces=forces,
+        formulation=formulation,
+        steps=way,
+        steps_optional=options.steps_are_optional(steps, by, chosen),
+    )
 
     def written(derivation: Derivation) -> Any:
         content = derivation.with_brackets(*brackets).written(

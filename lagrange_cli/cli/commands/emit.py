@@ -160,6 +160,7 @@ def emit(
         forces=forces,
         formulation=formulation,
         steps=way,
+        steps_optional=options.steps_are_optional(steps, by, chosen),
     )
     target.guard(asked, format_)
 

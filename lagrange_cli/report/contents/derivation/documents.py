@@ -8,7 +8,11 @@ from dataclasses import dataclass
 from lagrange_cli.emit.base import OptionValue
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.report.contents.derivation.contents import contents
-from lagrange_cli.report.contents.derivation.exercises import exercise, exercise_parts
+from lagrange_cli.report.contents.derivation.exercises import (
+    exercise,
+    exercise_parts,
+    problem_statement,
+)
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.document_options import (
     DEFAULTS,
@@ -40,12 +44,15 @@ class Content:
         Makes the title of the document of that of the scene.
     draws
         True if the document holds the sketch of the system.
+    described
+        Makes the document's description of that of the scene.
     """
 
     about: str
     write: Callable[[DocumentWriter], list[Section]]
     titled: Callable[[Text], Text] = lambda title: title
     draws: bool = False
+    described: Callable[[str], str] = lambda description: description
 
     def sections(self, writer: DocumentWriter) -> list[Section]:
         """Return the sections of a document."""
@@ -64,6 +71,7 @@ def asked_content(to: str, equations: Equations, options: Mapping[str, OptionVal
                 lambda writer: exercise(writer, parts, form),
                 lambda title: say("Exercise: {title}", title=title),
                 draws,
+                problem_statement,
             )
         return Content(
             "solution of an exercise",
@@ -82,7 +90,10 @@ def titled(
     shown = equations.presentation
     title: Text = Prose(shown.title or shown.name)
     title, about = (title, "") if content is None else (content.titled(title), content.about)
-    description = Prose(shown.description) if shown.description else ""
+    described = shown.description or ""
+    if content is not None:
+        described = content.described(described)
+    description = Prose(described) if described else ""
     return Document(shown.name, about, title, tuple(sections), description, equations)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
@@ -43,10 +44,12 @@ def exercise_parts(
     Raises
     ------
     InputError
-        Steps were not derived, or constraint forces that are asked for.
+        Steps were not derived, or constraint forces that are asked for. The problem of a system
+        with rigid bodies needs none.
     """
     derivation = equations.derivation
-    if derivation.steps is None:
+    has_bodies = any(element.turning is not None for element in equations.system.particles)
+    if derivation.steps is None and not (has_bodies and options["style"] == "exercise"):
         hint = "derive(steps='lagrange')"
         raise InputError(Problem("steps were not derived", hint=hint, rule="usage"))
     parts = sections_of(options, forces=derivation.constraint_forces is not None)
@@ -63,6 +66,33 @@ def _is_drawable(equations: Equations) -> bool:
     except InputError:
         return False
     return True
+
+
+#: Ends of sentences, of which an initial before a name is none.
+_SENTENCE_END = re.compile(r"(?<=[.!?])(?<!\b[A-Z]\.)\s+(?=[A-Z])")
+
+#: A formula in prose, or a word for what the equations have as a result.
+_RESULT = re.compile(
+    r"[=^<>]|\b(?:sqrt|sin|cos|tan)\b|\d\s*/\s*\d|[\w)]/[\w(]|\b(?:conserved|cyclic|integrable)\b"
+)
+
+
+def problem_statement(description: str) -> str:
+    """Return what a description says of the problem, without sentences that give results away.
+
+    Of several paragraphs it is the first, as it is. Of one it is the first sentence, and those of
+    the others that hold no formula and name nothing as conserved, cyclic or integrable.
+
+    Examples
+    --------
+    >>> problem_statement("A mass falls. It falls with g/2. W. Weber, Physics (1846).")
+    'A mass falls. W. Weber, Physics (1846).'
+    """
+    first, *further = re.split(r"\n\s*\n?", description.strip())
+    if further:
+        return first
+    sentence, *others = _SENTENCE_END.split(first)
+    return " ".join([sentence, *(text for text in others if not _RESULT.search(text))])
 
 
 def exercise(writer: DocumentWriter, parts: Collection[str], form: str) -> list[Section]:
@@ -83,7 +113,8 @@ def exercise(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
 def _applied(writer: DocumentWriter) -> Iterator[Section | None]:
     """Yield energies and forces over the names that the scene writes them in."""
     steps = writer.equations.derivation.steps
-    assert steps is not None
+    if steps is None:
+        return
     board = StepsWriter(writer.equations, steps=steps, omission=writer.omission)
     rows = [
         *(
@@ -124,7 +155,7 @@ _WAYS = {
 def _tasks(writer: DocumentWriter, parts: Collection[str], form: str) -> Iterator[Written]:
     """Yield a task for each part of the document that is asked for."""
     derivation = writer.equations.derivation
-    assert derivation.steps is not None
+    steps = derivation.steps
     if "account" in parts:
         yield say("Count the degrees of freedom.")
         if derivation.account.chosen_automatically:
@@ -132,12 +163,12 @@ def _tasks(writer: DocumentWriter, parts: Collection[str], form: str) -> Iterato
     if "energies" in parts:
         yield say("Write the kinetic energy, the potential and the Lagrangian.")
     if "equations" in parts:
-        yield _WAYS[derivation.steps.way]
+        yield _WAYS["lagrange" if steps is None else steps.way]
         if form in _FORMS:
             yield _FORMS[form]
     if "result" in parts and form != "explicit":
         yield _FORMS["explicit"]
     if "forces" in parts and derivation.constraint_forces is not None:
         yield say("Find the constraint forces.")
-    if "conserved" in parts and derivation.steps.of_motion:
+    if "conserved" in parts and (steps is None or steps.of_motion):
         yield say("Name the cyclic coordinates and what is conserved, each with its reason.")
