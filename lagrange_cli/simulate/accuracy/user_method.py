@@ -50,12 +50,12 @@ def integrate_with_method(
     with np.errstate(all="ignore"):
         try:
             coarse = _coarse_result_if_needed(problem, request, watch, keeper)
+            method = request.method or (coarse.method if coarse else INTEGRATORS["DOP853"])
+            watch.progress.next_pass()
+            run_started = time.perf_counter()
+            run = Run(method, problem, control_of(problem, request, coarse))
         except (StoppedError, KeyboardInterrupt):
             return start_alone(problem, time.perf_counter() - started)
-        method = request.method or (coarse.method if coarse else INTEGRATORS["DOP853"])
-        watch.progress.next_pass()
-        run_started = time.perf_counter()
-        run = Run(method, problem, control_of(problem, request, coarse))
         if keeper is not None:
             _begin(run, keeper, coarse)
         stopped = _go(run, problem, watch if keeper is None else keeper.watched(watch))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import copy
 import ctypes
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.cache import Cache
+from lagrange_cli.errors import StoppedError
 from lagrange_cli.simulate import kernels
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.native.buffers import NativeLandmarks
@@ -29,6 +29,7 @@ from lagrange_cli.simulate.system.inputs import RecordedInputs
 from lagrange_cli.simulate.system.library_sources import OPTIONS, stepping_source, system_source
 from lagrange_cli.simulate.system.rounding import parameter_values
 from lagrange_cli.simulate.system.tracing import tracer
+from lagrange_cli.stages import is_to_end
 from lagrange_cli.toolchain.compiler import CompileError, find_compiler
 from lagrange_cli.toolchain.shared_library import CSource, load_libraries
 
@@ -167,16 +168,26 @@ class Libraries:
         return address, int(_ROWS((f"system_{name}_taylor_rows", self.system))())
 
     def holding(self, kernel: str) -> ctypes.CDLL | None:
-        """Return the library of a kernel, None if it cannot be compiled or is for doubles."""
+        """Return the library of a kernel, None if it cannot be compiled or is for doubles.
+
+        Raises
+        ------
+        StoppedError
+            The compiler ended since somebody has asked for an end: no run begins in Python, whose
+            state a run in machine code could not go on from.
+        """
         if kernel in kernels.GROUPS["stepping"] or kernel in kernels.GROUPS["series"]:
             return self.stepper
         if self._real is not DOUBLE:
             return None
         group = next(name for name, members in kernels.GROUPS.items() if kernel in members)
         if group not in self._further:
-            self._further[group] = None
-            with suppress(CompileError):
+            try:
                 self._further[group] = self._compile(group)[0]
+            except CompileError:
+                if is_to_end():
+                    raise StoppedError from None
+                self._further[group] = None
         return self._further[group]
 
     def _entry(self, name: str, kind: str = "") -> Any:

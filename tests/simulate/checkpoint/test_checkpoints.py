@@ -25,7 +25,9 @@ from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.results.streaming import Stream
 from lagrange_cli.simulate.runs import run
 from lagrange_cli.simulate.simulation import RunContext
+from lagrange_cli.simulate.system import libraries
 from lagrange_cli.stages import Listener, heard_by
+from lagrange_cli.toolchain.compiler import CompileError
 from tests.simulate.available import or_skip
 from tests.simulate.compiling import compiled_or_skip
 
@@ -415,4 +417,32 @@ def test_an_end_while_the_compiler_works_leaves_checkpoints_as_they_are(tmp_path
         ended = simulate(model, **options, cache=Cache(None, "none"), checkpoint=checkpoint)
     assert ended.status == "stopped"
     assert "interrupted" in ended.implementation
+    assert (path.read_bytes() if path.exists() else None) == before
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_an_end_while_a_method_is_compiled_leaves_checkpoints_as_they_are(
+    monkeypatch, tmp_path, resume
+):
+    """The equations are compiled by then, and the state of a run in Python would be another."""
+    model = model_of(derive(read_text(PENDULUM)))
+    functions = compiled_or_skip(model)
+    path, options = tmp_path / "c", {"method": "Gauss4", "step": 1e-3}
+    if resume:
+        stopped = {**options, "stop": lambda: True}
+        simulate(model, **stopped, functions=functions, checkpoint=Checkpoint(str(path)))
+    before = path.read_bytes() if resume else None
+    asked = []
+
+    def ended_by_a_signal(*arguments):
+        asked.append(arguments)
+        raise CompileError("cc was interrupted")
+
+    fresh = compiled_or_skip(model)
+    monkeypatch.setattr(libraries, "load_libraries", ended_by_a_signal)
+    with heard_by(Listener(ends=lambda: bool(asked))):
+        checkpoint = Checkpoint(str(path), resume=resume)
+        ended = simulate(model, **options, functions=fresh, checkpoint=checkpoint)
+    assert asked
+    assert ended.status == "stopped"
     assert (path.read_bytes() if path.exists() else None) == before
