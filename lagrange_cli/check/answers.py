@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from time import perf_counter
 
 import sympy
@@ -55,10 +56,22 @@ def _judged(path: str, equations: Equations) -> SceneReport:
     functions = {f.name: f.arity for f in equations.system.functions}
     try:
         answers = read_answers(path, dict(equations.presentation.sizes), functions)
-        problems = tuple(_wrong(answers, _Derived(equations)))
+        problems = tuple(_first_of_families(_wrong(answers, _Derived(equations))))
     except InputError as error:
         return SceneReport(path, "invalid", perf_counter() - started, error.problems)
     return SceneReport(path, "fail" if problems else "pass", perf_counter() - started, problems)
+
+
+def _first_of_families(problems: Iterable[Problem]) -> Iterator[Problem]:
+    """Yield the first problem at each place, with the number of those of the same family."""
+    families: dict[tuple[Mark | None, str], list[Problem]] = {}
+    for problem in problems:
+        families.setdefault((problem.mark, problem.rule), []).append(problem)
+    for first, *others in families.values():
+        count = len(others)
+        several = f"{count} others of this family are wrong, too"
+        hint = "another of this family is wrong, too" if count == 1 else several
+        yield replace(first, hint=hint) if count else first
 
 
 class _Derived:

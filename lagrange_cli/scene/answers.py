@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from lagrange_cli.errors import Mark
 from lagrange_cli.files import MAX_BYTES, read_bytes, too_large
 from lagrange_cli.scene.language.expression import Equation, Expression
-from lagrange_cli.scene.reading.entries import Reading
+from lagrange_cli.scene.reading.entries import Reading, is_indexed
 from lagrange_cli.scene.reading.source import Mapping as MappingNode
-from lagrange_cli.scene.reading.source import SourceNode, compose, decode
+from lagrange_cli.scene.reading.source import Scalar, SourceNode, compose, decode
 
 _KEYS = ("dof", "cyclic", "lagrangian", "equations", "conserved")
 
@@ -55,7 +55,8 @@ def read_answers(path: str, sizes: Mapping[str, int], functions: Mapping[str, in
     if len(data) > MAX_BYTES:
         raise too_large(path)
     file = "<stdin>" if path == "-" else path
-    reading = Reading(file, sizes=dict(sizes), functions=dict(functions))
+    # Sizes are indices with one value.
+    reading = Reading(file, sizes=dict(sizes), indices=dict(sizes), functions=dict(functions))
     root = reading.mapping(compose(decode(data, file), file), "answers")
     nodes = {} if root is None else _fields(root, reading)
     answers = Answers(
@@ -89,15 +90,25 @@ def _names(node: SourceNode | None, reading: Reading) -> tuple[tuple[str, Mark],
     items = _listed(node, "'cyclic'", "a list of names", reading)
     if items is None:
         return None
-    read = ((reading.text(item, "'cyclic'"), item.mark) for item in items)
-    return tuple((text, mark) for text, mark in read if text is not None)
+    read = list[tuple[str, Mark]]()
+    for item in items:
+        if isinstance(item, Scalar) and is_indexed(item.text):
+            read.extend((element.text, item.mark) for element in reading.elements(item))
+        elif (text := reading.text(item, "'cyclic'")) is not None:
+            read.append((text, item.mark))
+    return tuple(read)
 
 
 def _equations(node: SourceNode | None, reading: Reading) -> tuple[Equation, ...] | None:
-    items = _listed(node, "'equations'", "a list of equations", reading)
-    if items is None:
-        return None
-    read = (reading.equation(item, "'equations'") for item in items)
+    """Read a list of equations, or a mapping of names to equations, which may be families."""
+    if isinstance(node, MappingNode):
+        named = reading.named(node, "equations", symbols=False)
+        read = [reading.equation(value, f"'{key.text}' of 'equations'") for key, value in named]
+    else:
+        items = _listed(node, "'equations'", "a list of equations", reading)
+        if items is None:
+            return None
+        read = [reading.equation(item, "'equations'") for item in items]
     return tuple(equation for equation in read if equation is not None)
 
 

@@ -140,3 +140,24 @@ def test_several_files_are_judged_at_once(tmp_path: Path) -> None:
     done = lagrange("check", str(HOLE), *files)
     assert done.returncode == 1
     assert "2 scenes: 1 pass, 1 fail" in done.stdout
+
+
+RING = SCENES["oscillator_ring"]
+
+
+def test_families_of_equations_are_answers(tmp_path: Path) -> None:
+    right = "dof: n\nequations:\n  motion[i=1..n]: m*ddot(x[i]) = K*(x[i-1] - 2*x[i] + x[i+1])\n"
+    assert judged(tmp_path, right, RING) == (0, [])
+
+
+def test_a_family_that_is_wrong_is_told_once(tmp_path: Path) -> None:
+    wrong = (
+        "equations:\n  motion[i=1..n]: m*ddot(x[i]) = K*(x[i-1] + 2*x[i] + x[i+1])\n"
+        'cyclic: ["x[i=1..n]"]\n'
+    )
+    code, told = judged(tmp_path, wrong, RING)
+    assert code == 1
+    assert told == [
+        "'x[1]' is not cyclic",
+        "in the equation of 'x[1]' the term 2*K*x[1] has the wrong sign",
+    ]
