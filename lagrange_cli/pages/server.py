@@ -101,6 +101,9 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     shown: tuple[str, bytes] = ("", b"")
 
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Leave the terminal to the command: a client that goes away is nobody's error."""
+
 
 class _Handler(BaseHTTPRequestHandler):
     """Answers GET of the shell, the page and its version."""

@@ -22,10 +22,13 @@ BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 HOSTILE = """
 name: hostile
 title: "</script><script>globalThis.pwned = 1</script> <img src=x onerror='globalThis.pwned1 = 1'>"
-description: "<!-- <script> --> ]]> \\" ' ` ${globalThis.pwned2 = 1} </title><b>"
+description: >-
+  <!-- <script> --> ]]> " ' ` ${globalThis.pwned2 = 1} </title><b>
+  <a href='javascript:globalThis.pwned9 = 1'>
 parameters:
   m: {value: 1, description: "</script><script>globalThis.pwned3 = 1</script>"}
-  l: {value: 1, unit: m, description: "*/ globalThis.pwned4 = 1 /*"}
+  l: {value: 1, unit: "</script><script>globalThis.pwned6 = 1</script>",
+      description: "*/ globalThis.pwned4 = 1 /* \\u2028globalThis.pwned7 = 1"}
 particles:
   bob: {mass: m, position: [l*sin(theta), 0, -l*cos(theta)]}
 coordinates: {theta: {description: "<svg onload='globalThis.pwned5 = 1'>"}}

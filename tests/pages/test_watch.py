@@ -6,6 +6,8 @@ import http.client
 import json
 import shutil
 import signal
+import socket
+import struct
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -73,6 +75,21 @@ def test_nothing_else_is_served(server: PageServer) -> None:
         assert answered(server, path) == (404, "")
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "TRACE"):
         assert answered(server, method=method)[0] == 501
+
+
+def test_requests_that_are_too_long_or_broken_off_harm_nothing(server: PageServer, capfd) -> None:
+    host, _, port = server.address.removeprefix("http://").rstrip("/").partition(":")
+    for request in (
+        b"GET /" + b"a" * 100_000,
+        b"GET / HTTP/1.0\r\nX: " + b"y" * 100_000,
+        b"\xff\x00",
+    ):
+        with socket.create_connection((host, int(port)), timeout=10) as client:
+            # The connection is reset instead of closed, with the answer unread.
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.sendall(request + b"\r\n\r\n")
+    assert answered(server)[0] == 200
+    assert capfd.readouterr().err == ""
 
 
 def test_options_that_do_nothing_are_refused(tmp_path: Path) -> None:

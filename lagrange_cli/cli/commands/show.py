@@ -121,7 +121,8 @@ def _watch(session: Session, scene: str, written: Callable[[], str], port: int) 
                     server.show(written())
                 except LagrangeError as error:
                     text = "\n".join(map(render, error.problems))
-                    session.remark(text)
+                    for line in text.splitlines():
+                        session.remark(line)
                     server.show(message_page(text))
                 known = stamps
             time.sleep(_LOOKED_AFTER)
