@@ -92,6 +92,24 @@ def test_restitution_within_its_range(value: str) -> None:
     assert read(f"  f: {{unilateral: z >= 0, restitution: {value}}}").unilateral
 
 
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "constraints: {f: {unilateral: z >= 0, restitution: @}}",
+        "potentials: {w: {gravity: 9.81, direction: [0, @, 1]}}",
+    ],
+)
+def test_a_sum_that_is_too_large_once_it_is_written_out(entry: str) -> None:
+    """Its constants are within the limits as long as the index is a letter."""
+    text = BASE.replace("constraints:\n", entry.replace("@", "'sum((1e100)^i, i=1..12)'"))
+    with pytest.raises(InputError) as error:
+        read_text(text)
+    (problem,) = error.value.problems
+    assert problem.message == "this constant is too large"
+    assert problem.mark is not None
+    assert problem.mark.line == 4
+
+
 @pytest.mark.parametrize("value", ["-0.1", "1.0001", "2/1.9", "1e300", "-1e-300", "0 - 1"])
 def test_restitution_outside_its_range(value: str) -> None:
     message = refused(f"  f: {{unilateral: z >= 0, restitution: {value}}}")

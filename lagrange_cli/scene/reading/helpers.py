@@ -85,7 +85,9 @@ def read_unilateral(
         restitution = reading.expression(fields["restitution"], f"'restitution' of {what}")
         if restitution is None:
             return None
-        value = extent_of(restitution.node, {}).value
+        value = None
+        with reading.problems.collect_at(restitution):
+            value = extent_of(restitution.node, {}).value
         if value is not None and not 0 <= value <= 1:
             reading.problems.add(
                 f"a restitution is from 0 to 1, found {restitution.text}",
@@ -188,7 +190,12 @@ def _direction(node: SourceNode, what: str, reading: Reading) -> tuple[str, ...]
         reading.expected(wanted, f"'direction' of {what}", sequence)
     if len(parts) != 3 or len(known) != 3:
         return None
-    constants = [extent_of(part.node, {}).value for part in known]
+    constants = []
+    for part in known:
+        with reading.problems.collect_at(part):
+            constants.append(extent_of(part.node, {}).value)
+    if len(constants) != 3:
+        return None
     exact = [c for c in constants if isinstance(c, Fraction)]
     length = _norm(exact)
     if len(exact) == 3 and length == 0:
