@@ -99,6 +99,10 @@ class Names:
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._functions = {f.name: f for f in scene.functions}
         self._meanings: dict[str, sp.Expr] = {}
+        #: Meanings of names, each equal to itself: two equal ones are one object. Those of a chain
+        #: of frames hold each other, and SymPy compares equal expressions that are two objects
+        #: part by part, in a time that grows with a power of their depth.
+        self._distinct: dict[sp.Expr, sp.Expr] = {}
         self._lengths: dict[str, int] = {}
         self._open: list[str] = []
         self._elements = ConvertedElements()
@@ -189,11 +193,12 @@ class Names:
         self._require_length(expression)
         self._open.append(name)
         try:
-            return self._elements.converted(
+            meaning, _ = self._elements.converted(
                 expression,
                 self._symbol,
                 lambda: to_sympy(expression, self.lookup, None, self._functions),
-            )[0]
+            )
+            return self._distinct.setdefault(meaning, meaning)
         finally:
             self._open.pop()
 
@@ -321,7 +326,8 @@ class Names:
             if name not in self._definitions or name in self.cartesian:
                 return self.lookup(name)
             if name not in meanings:
-                meanings[name] = self._converted_with_rate(self._definitions[name], rate, meanings)
+                meaning = self._converted_with_rate(self._definitions[name], rate, meanings)
+                meanings[name] = self._distinct.setdefault(meaning, meaning)
             return meanings[name]
 
         return to_sympy(expression, lookup, rate, self._functions)
