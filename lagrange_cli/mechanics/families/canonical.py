@@ -16,8 +16,10 @@ import sympy as sp
 
 from lagrange_cli.mechanics.families.elements import Element
 
-#: Terms that a sum may be multiplied out to: a family of a hundred elements with pairs has 10,000.
+#: Terms that a sum may be multiplied out to: a family of a hundred elements with pairs has 10,000,
+#: and that of the seven joints of an arm, whose rows have as many, is none.
 _MOST_TERMS = 20_000
+_MOST_TERMS_OF_FEW = 1_000
 
 _ODD = (sp.sin, sp.tan, sp.sinh, sp.tanh, sp.asin, sp.atan, sp.asinh, sp.atanh, sp.sign)
 _EVEN = (sp.cos, sp.cosh, sp.Abs)
@@ -70,10 +72,18 @@ class Shapes:
     ----------
     of
         Maps a symbol to its element; None for a symbol of no family.
+    symbols
+        Number of symbols that are elements; None if it is not known.
     """
 
-    def __init__(self, element_of: Callable[[sp.Symbol], Element | None]) -> None:
+    def __init__(
+        self, element_of: Callable[[sp.Symbol], Element | None], symbols: int | None = None
+    ) -> None:
         self._element = element_of
+        self._most_terms = _MOST_TERMS
+        if symbols is not None:
+            # Each element has three symbols or more; each pair of elements has some terms.
+            self._most_terms = min(_MOST_TERMS, max(_MOST_TERMS_OF_FEW, symbols**2 // 4))
         self._known: dict[sp.Expr, Shape] = {}
 
     def shape_of(self, expr: sp.Expr) -> Shape:
@@ -87,7 +97,7 @@ class Shapes:
 
         Powers of sums and sums without elements stay. None if the terms are too many.
         """
-        if self._count(expr) > _MOST_TERMS:
+        if self._count(expr) > self._most_terms:
             return None
         terms: dict[tuple[str, tuple[sp.Symbol, ...]], Term] = {}
         for flat in self._flat(expr):

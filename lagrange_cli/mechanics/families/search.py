@@ -80,7 +80,7 @@ class Search:
 
     @cached_property
     def _shapes(self) -> Shapes:
-        return Shapes(self.elements.by_symbol.get)
+        return Shapes(self.elements.by_symbol.get, len(self.elements.by_symbol))
 
     @cached_property
     def _row_terms(self) -> dict[tuple[sp.Expr, Vector], list[Term] | None]:
