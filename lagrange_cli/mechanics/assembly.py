@@ -100,7 +100,9 @@ def assemble(derivation: Uncertified, evidence: Evidence) -> Equations:
     """
     announce("finding what is conserved")
     energy = total_energy(derivation, evidence)
-    whole_energy = sp.Add(*energy, evaluate=False) if derivation.by_recursion else plain_sum(energy)
+    whole_energy = (
+        sp.Add(*energy, evaluate=False) if derivation.tree is not None else plain_sum(energy)
+    )
     conserved = conserved_quantities(derivation, evidence, energy, whole_energy)
     structure = structure_facts(derivation)
     announce("finding the initial state")
@@ -207,7 +209,7 @@ def _sources(
         evidence.residuals,
         energy,
         evidence.energy[0],
-        derivation.by_recursion,
+        derivation.tree,
     )
 
 
@@ -380,7 +382,7 @@ def _textbook(
     """
     announce("writing the equations")
     reduced = derivation.reduced
-    if derivation.by_recursion:
+    if derivation.tree is not None:
         raise unwritten_chain(reduced.scene)
     with explained(reduced.scene):
         return _certified_textbook(derivation, evidence, energy, conserved)

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from mpmath import mpf
     from sympy import Expr, Symbol
 
+    from lagrange_cli.mechanics.elements.tree import BodyTree
+
 
 @dataclass(frozen=True)
 class ConstraintLine:
@@ -428,16 +430,14 @@ class DerivationSources:
         The forcing that was derived from this; equations with another one are not of these sources.
     collected_terms
         Number of terms of mass matrix and forcing; None if sums were left factored.
-    state
-        A state of the certificate: symbol → value with its digits, multipliers included.
-    residuals
+    state, residuals
+        A state of the certificate, symbol → value with its digits, multipliers included, and
         M q̈ − f − Σ λ·gradient there, each with the size of its terms.
-    energy
-        The energy function that is shown, which the certificate compared with Σ q̇ ∂L/∂q̇ − L.
-    energy_value
-        The value of Σ q̇ ∂L/∂q̇ − L there.
-    by_recursion
-        True where M and f are those of a recursion, which shares more than another derivation.
+    energy, energy_value
+        The energy function that is shown, which the certificate compared with Σ q̇ ∂L/∂q̇ − L, and
+        the value of that there.
+    tree
+        Frames over which M and f follow by recursion, which shares more than another derivation.
     """
 
     other_lagrangian: Expr
@@ -447,4 +447,4 @@ class DerivationSources:
     residuals: tuple[tuple[mpf, mpf], ...]
     energy: Expr
     energy_value: mpf
-    by_recursion: bool = False
+    tree: BodyTree | None = None

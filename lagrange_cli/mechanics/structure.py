@@ -114,7 +114,7 @@ def _positive_definite(derivation: Uncertified) -> bool:
     if derivation.closures and not _has_own_inertia(derivation):
         return False
     extra = derivation.extra
-    if derivation.by_recursion:
+    if derivation.tree is not None:
         # The energies of bodies are as long as their chain; their tensors are not.
         if not all(_is_semidefinite(e.inertia) for e in _bodies(derivation.reduced)):
             return False

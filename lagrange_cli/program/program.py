@@ -22,7 +22,7 @@ from lagrange_cli.program.graph.operands import (
 )
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph, expand_angle_sums
-from lagrange_cli.program.kinds import STATE_RATES, ProgramKind
+from lagrange_cli.program.kinds import STATE_RATES, ProgramKind, is_right_hand_side, kind_of
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.solvers.blocks import (
     LARGEST_UNROLLED,
@@ -36,6 +36,7 @@ from lagrange_cli.program.solvers.sensitivities import (
     state_rates,
     with_sensitivities,
 )
+from lagrange_cli.program.systems.agreement import articulated_tree
 from lagrange_cli.program.systems.constraint_systems import (
     CANONICAL_OUTPUTS,
     CANONICAL_SYSTEMS,
@@ -61,19 +62,6 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import DerivationSources
-
-
-#: Kinds of programs of one output alone; all other programs give values.
-_KINDS = {
-    "energy": ProgramKind.ENERGY,
-    "mass_matrix": ProgramKind.MATRIX,
-    "acceleration": ProgramKind.RIGHT_HAND_SIDE,
-    "multipliers": ProgramKind.MULTIPLIERS,
-    **dict.fromkeys(
-        ("position_change", "shifted_change", "velocity_change", "impulse", "legendre"),
-        ProgramKind.CHANGE,
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -200,7 +188,7 @@ def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool =
         weighted = weighted_closures(equations, outputs)
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
         if large is not None:
-            return replace(_of_parts(equations, large), kind=_kind(outputs, large.solves))
+            return replace(_of_parts(equations, large), kind=kind_of(outputs, solves=large.solves))
     energy = _of_energy(equations) if tuple(outputs) == ("energy",) else None
     if energy is not None:
         return energy
@@ -306,16 +294,12 @@ def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> P
             system = SYSTEMS[name](equations)
             blocks, solution = _solution(values, equations, system)
             wanted.extend(solution)
-            if equations.system.states and _solves_motion(name):
+            if equations.system.states and is_right_hand_side(name):
                 wanted.append((STATE_RATES, state_rates(values, equations)))
         else:
             wanted.append((name, [values.convert(e) for e in OUTPUTS[name](equations)]))
     program = _ordered(values, equations, wanted, blocks)
-    return replace(program, kind=_kind(outputs, bool(blocks)))
-
-
-def _solves_motion(output: str) -> bool:
-    return _KINDS.get(output.removeprefix("contact_")) is ProgramKind.RIGHT_HAND_SIDE
+    return replace(program, kind=kind_of(outputs, solves=bool(blocks)))
 
 
 def _ordered(
@@ -352,7 +336,9 @@ def _solution(
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Return the blocks of a system and the outputs that solve it, with its sensitivities."""
     if not equations.system.sensitivities:
-        return solve_blocks(values, equations, system)
+        return solve_blocks(
+            values, equations, system, tree=articulated_tree(values, equations, system)
+        )
     blocks, solution = solve_blocks(values, equations, system, LARGEST_WITH_SENSITIVITIES)
     return with_sensitivities(values, equations, system, blocks, dict(solution))
 
@@ -412,13 +398,6 @@ def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Progr
 def _of_jacobian(program: Program, jacobian: Jacobian) -> Program:
     kind = ProgramKind.JACOBIAN
     return replace(_grouped(program), results=jacobian.size, kind=kind, jacobian=jacobian)
-
-
-def _kind(outputs: Sequence[str], solves: bool) -> ProgramKind:
-    """The kind of a program with these outputs; nothing is found where nothing can move."""
-    name = outputs[0].removeprefix("contact_") if len(outputs) == 1 else ""
-    kind = _KINDS.get(name, ProgramKind.VALUES)
-    return ProgramKind.VALUES if kind is ProgramKind.RIGHT_HAND_SIDE and not solves else kind
 
 
 def _of_parts(equations: Equations, system: LargeSystem) -> Program:

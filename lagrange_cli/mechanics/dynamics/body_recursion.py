@@ -25,7 +25,8 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.polynomials import term_count
-from lagrange_cli.mechanics.dynamics.shared_vectors import ENTRIES, NO_VECTOR, Shared, Vector
+from lagrange_cli.mechanics.dynamics.shared_vectors import NO_VECTOR, Shared, Vector
+from lagrange_cli.mechanics.elements.tree import ENTRIES, BodyTree, TreeFrame, TreeMotion
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.scene.bodies import Body, Frame, Motion
@@ -331,6 +332,28 @@ class BodyRecursion:
                     rows[j].append(self._shared.multiply(slope, along))
 
     # Backward: composite bodies.
+
+    def tree(self, further: Mapping[tuple[int, int], Sequence[sp.Expr]]) -> BodyTree:
+        """Return the frames with the bodies at them, before they carry those that stand on them."""
+        shared = self._shared
+        number = {id(link): k for k, link in enumerate(self._links.values())}
+        frames = tuple(
+            TreeFrame(
+                None if link.parent is None else number[id(link.parent)],
+                link.step,
+                tuple(map(self._motion, link.amounts)),
+                shared.add(*link.mass),
+                shared.total(link.moment),
+                tuple(shared.add(*(tensor[k] for tensor in link.inertia)) for k in range(6)),
+            )
+            for link in self._links.values()
+        )
+        return BodyTree(frames, {place: shared.add(*terms) for place, terms in further.items()})
+
+    def _motion(self, amount: _Amount) -> TreeMotion:
+        slopes = [*amount.slopes.values()]
+        direction = self._shared.scaled(slopes[0], amount.axis) if slopes else amount.axis
+        return TreeMotion(tuple(amount.slopes), direction, amount.is_turn)
 
     def equations(
         self,

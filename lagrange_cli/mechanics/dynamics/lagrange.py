@@ -44,6 +44,7 @@ from lagrange_cli.mechanics.dynamics.potential_forces import (
     raw_terms,
 )
 from lagrange_cli.mechanics.dynamics.shown_energies import ShownEnergies, spins_in_brackets
+from lagrange_cli.mechanics.elements.tree import BodyTree
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.sparse import ExpressionRow
@@ -83,9 +84,9 @@ class Uncertified:
         Raw symbol of a particle's component → ṙ(q, v, t).
     collected
         False where the product budget was exceeded and sums were left factored.
-    by_recursion
-        True where M and f are those of a recursion over frames: each is one expression whose parts
-        are shared, and far too long to be walked part by part, or written.
+    tree
+        The frames over which M and f follow by recursion: each is one expression whose parts are
+        shared, and far too long to be walked part by part, or written. None if they do not.
     closures
         Equations beside the coordinates, whose multipliers enter M a = f + Σ λ·gradient.
     contacts
@@ -110,7 +111,7 @@ class Uncertified:
     contacts: tuple[Contact, ...] = ()
     sums: tuple[tuple[sp.Expr, ...], ...] = ()
     rate_sums: tuple[RateSum, ...] = ()
-    by_recursion: bool = False
+    tree: BodyTree | None = None
 
     @property
     def pushing(self) -> tuple[Closure, ...]:
@@ -127,7 +128,7 @@ class Uncertified:
 
     @cached_property
     def lagrangian(self) -> sp.Expr:
-        if self.by_recursion:
+        if self.tree is not None:
             opposite = sp.Mul(sp.S.NegativeOne, self.potential, evaluate=False)
             return sp.Add(self.kinetic, opposite, evaluate=False)
         return plain_sum((self.kinetic, negative(self.potential)))
@@ -148,7 +149,7 @@ class Uncertified:
         }
 
     def _total(self, terms: tuple[sp.Expr, ...]) -> sp.Expr:
-        return terms[0] if self.by_recursion and terms else plain_sum(terms)
+        return terms[0] if self.tree is not None and terms else plain_sum(terms)
 
 
 def derive_uncertified(reduced: Reduced) -> Uncertified:
@@ -220,6 +221,7 @@ class _Builder:
         upper = {place: tuple(self.mass[place].collected()) for place in sorted(self.mass)}
         upper = {place: terms for place, terms in upper.items() if terms}
         forcing = tuple(tuple(f.collected()) for f in self.forcing)
+        tree = None if self.recursion is None else self.recursion.tree(upper)
         if self.recursion is None:
             inertia = {place: factored(list(terms)) for place, terms in upper.items()}
         else:
@@ -254,7 +256,7 @@ class _Builder:
             contacts(self.reduced, gaps),
             self.sums,
             self.rate_sums,
-            self.recursion is not None,
+            tree,
         )
 
     def _velocity(self, symbol: sp.Symbol) -> sp.Expr:

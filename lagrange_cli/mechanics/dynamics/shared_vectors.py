@@ -12,8 +12,6 @@ Vector: TypeAlias = tuple[sp.Expr, sp.Expr, sp.Expr]
 _ZERO, _ONE, _MINUS = sp.S.Zero, sp.S.One, sp.S.NegativeOne
 NO_VECTOR: Vector = (_ZERO, _ZERO, _ZERO)
 
-#: Places of the entries xx, yy, zz, xy, xz, yz of a symmetric tensor.
-ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 _PLACE = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
 
 

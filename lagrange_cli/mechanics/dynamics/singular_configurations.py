@@ -44,7 +44,7 @@ _Matrix = Sequence[Sequence[sp.Expr]]
 def singular_configurations(derivation: Uncertified) -> tuple[SingularConfiguration, ...]:
     """Find the proven singular configurations; none beside closures or gaps, or of long chains."""
     reduced = derivation.reduced
-    if derivation.closures or reduced.gaps or derivation.by_recursion:
+    if derivation.closures or reduced.gaps or derivation.tree is not None:
         return ()
     coordinates = [c.q for c in reduced.coordinates]
     signed = _with_signs(derivation)

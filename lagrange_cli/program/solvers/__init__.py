@@ -2,7 +2,15 @@
 
 The zero pattern of M and of the closures goes in; blocks, an order and a factorization come out
 (Ng, Peyton, *SIAM J. Sci. Comput.* 14 (1993) 1034). Derivatives of accelerations and of motions are
-further right-hand sides of them. Read :mod:`.blocks` first.
+further right-hand sides of them. Trees of bodies are solved from their ends inwards
+(:mod:`.articulated_bodies`). Read :mod:`.blocks` first.
 """
 
-__all__ = ["blocks", "jacobians", "sensitivities", "sparse_factorization", "tolerances"]
+__all__ = [
+    "articulated_bodies",
+    "blocks",
+    "jacobians",
+    "sensitivities",
+    "sparse_factorization",
+    "tolerances",
+]

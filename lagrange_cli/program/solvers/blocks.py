@@ -9,7 +9,9 @@ matrix is diagonal for the multipliers alone, whose matrix is a band
 A block of one is a division. A small block whose mass matrix is proven
 positive definite becomes straight-line code: the exact solution where that is
 known to lose no digits (:mod:`lagrange_cli.mechanics.dynamics.solve_exactly`), else
-M = L D Lᵀ. Larger blocks are eliminated by a loop in the emitted code, without
+M = L D Lᵀ. Long chains of bodies are solved by articulated bodies in straight-line
+code (:mod:`lagrange_cli.program.solvers.articulated_bodies`), for which M is not
+needed. Larger blocks are eliminated by a loop in the emitted code, without
 pivoting where M is proven positive definite (as stable as Cholesky's method;
 Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., ch. 10), else
 with partial pivoting.
@@ -26,6 +28,7 @@ import sympy
 from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_exactly
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
+from lagrange_cli.program.solvers.articulated_bodies import solve_tree
 from lagrange_cli.program.solvers.sparse_factorization import (
     bandwidth,
     elimination_order,
@@ -35,6 +38,7 @@ from lagrange_cli.program.solvers.sparse_factorization import (
 if TYPE_CHECKING:
     from sympy import Expr
 
+    from lagrange_cli.mechanics.elements.tree import BodyTree
     from lagrange_cli.mechanics.equations import Equations
 
 #: Positive definite blocks up to this size are written out.
@@ -149,6 +153,7 @@ def solve_blocks(
     equations: Equations,
     system: MassMatrixSystem,
     largest_unrolled: int = LARGEST_UNROLLED,
+    tree: BodyTree | None = None,
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Blocks of a system with the mass matrix and the outputs that solve it.
 
@@ -159,7 +164,10 @@ def solve_blocks(
     of the other blocks, by rows, each followed by the gradients of the block's
     closures, and their compliance in a compliant block) and ``dense_forcing``
     (right-hand sides, followed by −bias).
+    With ``tree``, whose mass matrix is proven positive definite, all are one unrolled block.
     """
+    if tree is not None:
+        return _by_articulated_bodies(values, equations, system, tree)
     facts = equations.derivation.facts
     matrix = inertia_rows(values, equations)
     gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
@@ -192,6 +200,23 @@ def solve_blocks(
             biases = [values.convert(system.closures[k][1]) for k in closures]
             forcing += ((-c, number) for c, number in biases)
     return tuple(blocks), list(outputs.items())
+
+
+def _by_articulated_bodies(
+    values: ValueGraph, equations: Equations, system: MassMatrixSystem, tree: BodyTree
+) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
+    """Blocks and outputs of a tree of bodies; the first pivot is that in which nothing cancels."""
+    solved = solve_tree(values, tree, [values.convert(e) for e in system.right])
+    rows = equations.system.mass_matrix
+    order = [*reversed(solved.pivots)]
+    outputs = [
+        ("acceleration", [solved.solution[i] for i in range(len(rows))]),
+        ("pivots", [solved.pivots[i] for i in order]),
+        ("scales", [values.convert(rows[i][i]) for i in order]),
+        ("dense_matrix", []),
+        ("dense_forcing", []),
+    ]
+    return (MatrixBlock(tuple(range(len(rows))), unrolled=True, definite=True),), outputs
 
 
 def inertia_rows(values: ValueGraph, equations: Equations) -> _Rows:

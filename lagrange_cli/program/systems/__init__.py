@@ -6,6 +6,7 @@ Integration*. Read :mod:`.constraint_systems` first.
 """
 
 __all__ = [
+    "agreement",
     "constraint_systems",
     "contact_systems",
     "direct_derivation",

@@ -18,26 +18,22 @@ and no term is negative:
 
 from __future__ import annotations
 
-from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
+from decimal import localcontext
 from fractions import Fraction
 from functools import cache
 from itertools import combinations_with_replacement, islice
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-import mpmath
 from mpmath import mpf
 
-from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.derivatives import (
     UNIT,
     Tangent,
     derivatives,
-    evaluated,
     product,
     scaled,
 )
-from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import (
     ONE,
@@ -48,11 +44,10 @@ from lagrange_cli.program.graph.value_graph import (
     SumNode,
     ValueGraph,
 )
+from lagrange_cli.program.systems.agreement import DECIMALS, at_certificate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from sympy import Expr
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import DerivationSources
@@ -62,12 +57,8 @@ if TYPE_CHECKING:
 _ZERO: ScaledNode = (0, ONE)
 _MINUS = -1
 
-#: Digits in which both derivations are compared, and the relative difference that counts as
-#: rounding of the certificate, whose terms may cancel.
-_DIGITS, _AGREE = 50, mpf(10) ** -12
-
-#: The arithmetic of many digits: sums and products take far less time than those of mpmath.
-_DECIMALS = Context(prec=_DIGITS, Emin=MIN_EMIN, Emax=MAX_EMAX)
+#: Relative difference that counts as rounding of the certificate, whose terms may cancel.
+_AGREE = mpf(10) ** -12
 
 #: The rank of accelerations and multipliers (see :class:`.value_graph.ValueGraph`).
 _GIVEN = 5
@@ -288,7 +279,7 @@ class DirectDerivation:
             *(slope for _, _, slope in pushed),
         ]
         numbers = iter(at_certificate(values, wanted, equations))
-        with localcontext(_DECIMALS):
+        with localcontext(DECIMALS):
             residuals = [-x for x in islice(numbers, self._n)]
             a = list(islice(numbers, self._n))
             pushes = list(islice(numbers, len(equations.system.pushing)))
@@ -302,82 +293,11 @@ class DirectDerivation:
         return all(abs(mpf(str(x)) - residual) <= _AGREE * size for x, (residual, size) in pairs)
 
 
-def at_certificate(
-    values: ValueGraph, wanted: Sequence[ScaledNode], equations: Equations, *, digits: bool = True
-) -> list[Any]:
-    """Evaluate values at the certificate's state; all are NaN if an operation has no real value."""
-    sources, system = equations.derivation.sources, equations.system
-    assert sources is not None
-    names, state = ("t", *system.layout.variables), (system.t, *system.state_symbols)
-    symbols: dict[str, Expr] = dict(zip(names, state, strict=True))
-    symbols |= {f"p{k}": p.symbol for k, p in enumerate(system.parameters)}
-    symbols |= {f"u{k}": u.symbol for k, u in enumerate(system.inputs)}
-    symbols |= {f"a{k}": c.a for k, c in enumerate(system.coordinates)}
-    symbols |= {f"l{k}": closure.multiplier for k, closure in enumerate(equations.system.pushing)}
-    number, functions = (_decimal, _IN_DECIMALS) if digits else (float, _IN_DOUBLES)
-    with mpmath.workdps(_DIGITS), localcontext(_DECIMALS):
-        try:
-            inputs = {name: number(sources.state.get(s, mpf(0))) for name, s in symbols.items()}
-            return evaluated(
-                values, wanted, inputs, functions, lambda x: number(x.numerator) / x.denominator
-            )
-        except (ArithmeticError, ValueError):
-            return [mpmath.nan] * len(wanted)
-
-
-def _decimal(x: Any) -> Decimal:
-    """Round a number to a decimal; an arithmetic error if it is complex or infinite."""
-    rounded = Decimal(x if isinstance(x, int) else mpmath.nstr(x, _DIGITS))
-    if not rounded.is_finite():
-        raise ArithmeticError
-    return rounded
-
-
-def _of_decimals(function: Callable[..., Any]) -> Callable[..., Decimal]:
-    """Wrap a function of mpmath for decimals."""
-    return lambda *numbers: _decimal(function(*(mpf(str(x)) for x in numbers)))
-
-
-def _of_doubles(function: Callable[..., Any]) -> Callable[..., float]:
-    """Wrap a function of mpmath's doubles so that a complex result is an arithmetic error."""
-
-    def real(*numbers: float) -> float:
-        value = function(*numbers)
-        if isinstance(value, complex):
-            raise ArithmeticError
-        return float(value)
-
-    return real
-
-
-#: Functions that Python has for numbers of any type.
-_OTHERS: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max}
-
-
-def _functions(
-    arithmetic: Any, wrapped: Callable[[Callable[..., Any]], Callable[..., Any]]
-) -> dict[str, Callable[..., Any]]:
-    """Gather the functions of a program for numbers of one of mpmath's arithmetics."""
-    named = {
-        name: "power" if name == "pow" else name for name in PROGRAM_FUNCTIONS.keys() - _OTHERS
-    }
-    of_mpmath = {
-        name: wrapped(getattr(arithmetic, known, getattr(mpmath, known)))
-        for name, known in named.items()
-    }
-    return of_mpmath | _OTHERS
-
-
-_IN_DOUBLES = _functions(mpmath.fp, _of_doubles)
-_IN_DECIMALS = _functions(mpmath.mp, _of_decimals)
-_IN_DECIMALS |= {name: _of_decimals(function) for name, function in BOUNDED_FUNCTIONS.items()}
-
-
 def is_derivable(equations: Equations) -> bool:
     """Tell whether mass matrix and forcing are still those of a derivation without recursion."""
     sources = equations.derivation.sources
     is_current = sources is not None and sources.forcing is equations.system.forcing
-    return sources is not None and is_current and not sources.by_recursion
+    return sources is not None and is_current and sources.tree is None
 
 
 #: Least number of operations of a collected term, which holds two velocities and a mass.
