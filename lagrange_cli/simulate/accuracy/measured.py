@@ -14,6 +14,7 @@ from lagrange_cli.simulate.accuracy.event_agreement import UnclearContacts
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import Slides
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ContactMode, ModeChange
+from lagrange_cli.simulate.model.model import Border
 from lagrange_cli.simulate.runs.problem import InitialValueProblem, running_scales
 from lagrange_cli.simulate.runs.run import Failure
 from lagrange_cli.simulate.samples import RowSequence
@@ -21,10 +22,6 @@ from lagrange_cli.simulate.samples import RowSequence
 #: A result says which component misses the accuracy if it does so by no more than this factor: a
 #: run that is off by more shows chaos or a singularity rather than a component.
 _NEARLY = 1e3
-
-
-#: Borders of the states at which equations hold.
-Border = Literal["positive", "table"]
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ from lagrange_cli.simulate.model.switching_surfaces import (
     surface_rates,
     surface_values,
 )
-from lagrange_cli.simulate.model.table_ends import table_ends
+from lagrange_cli.simulate.model.table_ends import table_ends, vanishing_slips
 from lagrange_cli.simulate.native.rounding_model import perturb
 from lagrange_cli.simulate.native.sources import (
     C_DOUBLE,
@@ -174,6 +174,7 @@ def _model_of(equations: Equations) -> Model:
         singular=chart_singularities(equations),
         positive=tuple(name for name, _ in equations.system.positive),
         table_ends=tuple(name for name, _ in table_ends(evaluated.equations)),
+        slips=tuple(name for name, _ in vanishing_slips(evaluated.equations)),
         chart=former_chart(substitute_inputs(equations)),
         massless=_massless(equations),
         steep=steep_places(evaluated.equations, evaluated.steep),
@@ -278,7 +279,7 @@ def _code(evaluated: _Evaluated, forces: Program | None) -> Code:
     }
     interpreted = compiled | _present(python)
     guarded = guard_program(equations)
-    bounded = equations.system.positive or table_ends(equations)
+    bounded = equations.system.positive or table_ends(equations) or vanishing_slips(equations)
     places, rates = ({}, []) if guarded is None else ({GUARD_PROGRAM: guarded[0]}, guarded[1])
     compiled |= places
     lanes = lanes_source(programs)

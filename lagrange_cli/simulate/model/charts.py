@@ -11,9 +11,11 @@ from lagrange_cli.program.lowered.lowering import lowered
 from lagrange_cli.program.lowered.stored import StoredFunctions
 from lagrange_cli.simulate.model.expressions import outputs_program
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart
-from lagrange_cli.simulate.model.table_ends import table_ends
+from lagrange_cli.simulate.model.table_ends import table_ends, vanishing_slips
 
 if TYPE_CHECKING:
+    from sympy import Expr
+
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Coordinate
     from lagrange_cli.program.program import Program
@@ -47,10 +49,16 @@ def singular_program(equations: Equations) -> Program | None:
     return outputs_program(equations, (place.where for place in equations.derivation.singular))
 
 
+def _above(equations: Equations) -> list[Expr]:
+    """List what is positive where the equations hold."""
+    ends = (*table_ends(equations), *vanishing_slips(equations))
+    return [e for _, e in (*equations.system.positive, *ends)]
+
+
 def positive_program(equations: Equations) -> Program | None:
     """Make a program whose numbers are positive where the equations hold; None if the scene
-    declares nothing positive and no table ends."""
-    above = [e for _, e in (*equations.system.positive, *table_ends(equations))]
+    declares nothing positive, no table ends and no slip vanishes."""
+    above = _above(equations)
     if not above:
         return None
     # Inputs move no coordinate.
@@ -60,12 +68,12 @@ def positive_program(equations: Equations) -> Program | None:
 def guard_program(equations: Equations) -> tuple[Program, list[list[int]]] | None:
     """Make the program whose numbers vanish at singular configurations where no coordinate ends.
 
-    Numbers that vanish at the border of what is positive, and at ends of tables, follow. With it
-    come, for each number, the places in the state of the rates that move nothing there. None if
-    there is no such number.
+    Numbers that vanish at the border of what is positive, at ends of tables and of slips, follow.
+    With it come, for each number, the places in the state of the rates that move nothing there.
+    None if there is no such number.
     """
     places = [place for place in equations.derivation.singular if not place.infinite]
-    above = [e for _, e in (*equations.system.positive, *table_ends(equations))]
+    above = _above(equations)
     if not (places or above):
         return None
     names = [c.name for c in equations.system.coordinates]

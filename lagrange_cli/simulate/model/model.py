@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.program.lowered.stored import StoredFunctions
@@ -20,6 +20,10 @@ from lagrange_cli.state_layout import StateLayout
 
 if TYPE_CHECKING:
     from lagrange_cli.files import Recording
+
+
+#: Borders of the states at which equations hold: what is declared positive, tables, slips.
+Border = Literal["positive", "table", "slip"]
 
 
 @dataclass(frozen=True)
@@ -216,9 +220,10 @@ class Model:
         :mod:`lagrange_cli.program.systems.contact_systems`.
     singular
         Places that the coordinates do not cover, at which numbers of ``singular`` vanish.
-    positive, table_ends
-        Names that the scene declares positive, whose values ``positive`` gives; and ends of tables,
-        as ``T(600)``, with numbers behind these that are positive within.
+    positive, table_ends, slips
+        Names that the scene declares positive, whose values ``positive`` gives; ends of tables,
+        as ``T(600)``, with numbers behind these that are positive within; and norms of velocities
+        by which forces are divided, with numbers that are positive until they vanish.
     chart
         Coordinates that these have replaced; None if there are none.
     massless
@@ -266,6 +271,7 @@ class Model:
     singular: tuple[ChartSingularity, ...] = ()
     positive: tuple[str, ...] = ()
     table_ends: tuple[str, ...] = ()
+    slips: tuple[str, ...] = ()
     chart: FormerChart | None = None
     massless: tuple[str, ...] = ()
     steep: tuple[str, ...] = ()
@@ -286,8 +292,12 @@ class Model:
 
     @property
     def borders(self) -> tuple[str, ...]:
-        """Borders of the states at which the equations hold: ``positive``, then ``table_ends``."""
-        return (*self.positive, *self.table_ends)
+        """Borders of the states at which the equations hold: positive, ends of tables, slips."""
+        return (*self.positive, *self.table_ends, *self.slips)
+
+    def border_kind(self, name: str) -> Border:
+        """Return what a border is of."""
+        return "slip" if name in self.slips else "table" if name in self.table_ends else "positive"
 
     @property
     def layout(self) -> StateLayout:
@@ -343,7 +353,15 @@ class Model:
         fields = dict(value)
         lists: tuple[str, ...] = ("coordinates", "kinds", "cartesian", "conserved")
         lists += ("multipliers", "symbols", "outputs", "forces", "contacts", "massless", "surfaces")
-        lists += ("steep", "initial_decimals", "driven", "positive", "table_ends", "states")
+        lists += (
+            "steep",
+            "initial_decimals",
+            "driven",
+            "positive",
+            "table_ends",
+            "slips",
+            "states",
+        )
         lists += ("surface_names", "switches")
         for name in lists:
             fields[name] = tuple(fields[name])

@@ -37,6 +37,9 @@ _BEFORE = 0.01
 #: reached zero if the failure is due to that; and the same in steps of a given length.
 _BEYOND, _STEPS_AHEAD = 1e-6, 2.0
 
+#: What is positive until a slip vanishes is below this where the slip is next to that.
+_NEAR_REST = 1.0
+
 #: Contacts that are named in one sentence.
 _MOST_NAMED = 6
 
@@ -50,6 +53,15 @@ _TABLE_ENDS = pattern(
     "tabulated values end at {where}, and these equations with them; 'outside: hold' or"
     " 'outside: extend' in the scene goes on"
 )
+
+#: Says that a slip has vanished.
+_SLIP_VANISHES = pattern(
+    "the slip {where} vanishes in all directions, and with it the direction of the friction: what"
+    " holds the body there is not in the scene. A rounded force goes on, with sqrt(v^2 + w^2) of a"
+    " small velocity w in place of v"
+)
+
+_ENDS: dict[str, str] = {"positive": _LEFT, "table": _TABLE_ENDS, "slip": _SLIP_VANISHES}
 
 _DISPROOFS = {
     "energy": pattern(
@@ -68,12 +80,11 @@ _DISPROOFS = {
         "the motion comes to rest where {where} and a force pushes away with an infinite slope, so"
         " that more than one motion follows"
     ),
-    "positive": _LEFT,
-    "table": _TABLE_ENDS,
+    **_ENDS,
 }
 
 #: Disproofs that are borders of the equations.
-_BORDERS = ("positive", "table")
+_BORDERS = ("positive", "table", "slip")
 
 #: Options that go on where a run is disproved.
 _BETTER = {
@@ -219,7 +230,7 @@ def _failed(model: Model, problem: InitialValueProblem, failure: Failure, reques
 def _cause(model: Model, problem: InitialValueProblem, failure: Failure, request: Request) -> str:
     name = _reaching_zero(model, failure, _BEYOND * (failure.time - problem.start), request)
     if name is not None:
-        return Phrase(_TABLE_ENDS if name in model.table_ends else _LEFT, where=name)
+        return Phrase(_ENDS[model.border_kind(name)], where=name)
     if failure.reason in _STUCK and failure.contacts:
         says = _STUCK[failure.reason][len(failure.contacts) > 1]
         stuck = Phrase(says, contacts=_listed(model, failure.contacts))
@@ -258,8 +269,12 @@ def _reaching_zero(model: Model, failure: Failure, ahead: float, request: Reques
     moved = failure.state.copy()
     moved[layout.positions] += ahead * moved[layout.velocities]
     later = positive_values(model)(failure.time + ahead, moved)
+    # Slips are of velocities, which do not stay as they are.
+    slips = len(model.borders) - len(model.slips)
+    later[slips:] = positive_values(model)(failure.time, failure.state)[slips:]
     # Numbers of tables are relative to their widths.
     least = [0.0] * len(model.positive) + [_BEYOND] * len(model.table_ends)
+    least += [_NEAR_REST] * len(model.slips)
     return next((n for n, x, s in zip(model.borders, later, least, strict=True) if not x > s), None)
 
 

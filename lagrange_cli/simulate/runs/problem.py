@@ -307,6 +307,8 @@ def require_a_start(model: Model, problem: InitialValueProblem) -> None:
             message = f"'{name}' is declared positive, at the start it is {value:.9g}"
             if name in model.table_ends:
                 message = f"the start is beyond the end of a table, {name}"
+            if name in model.slips:
+                message = f"the slip {name} vanishes at the start: its friction has no direction"
             raise InputError(Problem(message, hint="start elsewhere", rule="not-positive"))
     if not np.isfinite(problem.rhs(problem.start, problem.y0)).all():
         if model.massless:

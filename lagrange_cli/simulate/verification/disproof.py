@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lagrange_cli.simulate.accuracy.measured import Border, Disproof, Measured
+from lagrange_cli.simulate.accuracy.measured import Disproof, Measured
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.integrators.base import UnfitError
 from lagrange_cli.simulate.model.model import Model
@@ -72,7 +72,7 @@ def _disproofs(
     if model.borders:
         left = _not_positive(model, t, measured.states)
         if left is not None:
-            by: Border = "positive" if left[1] in model.positive else "table"
+            by = model.border_kind(left[1])
             yield left[0], Disproof(float(t[left[0] - 1]), by, where=left[1])
     if seen.contact is not None:
         believed = accuracy or _BELIEVED
