@@ -143,6 +143,20 @@ initial: {X: 0, Y: 0, r: 1, phi: 0, dot(X): 0.1, dot(Y): 0, dot(r): 0.2, dot(phi
 
 
 @pytest.mark.slow
+def test_the_condition_of_regular_precession_is_that_of_goldstein():
+    """(I₁ cos θ φ̇² − I₃ ω₃ φ̇ + M g l) sin θ = 0 with ω₃ = ψ̇ + φ̇ cos θ (section 5.7)."""
+    found = steady(TOP, "equilibria")
+    (condition,) = found.steady.conditions
+    system = load(TOP).derive().equations.system
+    letters = {p.name: p.symbol for p in system.parameters}
+    theta = next(c.q for c in system.coordinates if c.name == "theta")
+    phi, psi = (c.v for c in system.coordinates if c.name in ("phi", "psi"))
+    m, length, i1, i3, g = (letters[name] for name in ("M", "l", "I1", "I3", "g"))
+    spin = psi + phi * sp.cos(theta)
+    goldstein = i1 * sp.cos(theta) * phi**2 - i3 * spin * phi + m * g * length
+    assert sp.simplify(condition - goldstein * sp.sin(theta)) == 0
+
+
 def test_circular_orbit_of_two_bodies():
     """Kepler: r³ Ω² = G (m1 + m2), and the radius oscillates with Ω."""
     derivation = loads(TWO_BODIES).derive()

@@ -232,7 +232,8 @@ HOLE = str(SYSTEMS / "lecture" / "masses_through_hole.yaml")
 
 def test_steady_motions():
     shown = succeed("analyze", HOLE, "--steady", "--at", "dot(theta)=3")
-    assert "Steady motions   With θ̇ = 3: these are all.\n" in shown
+    assert "Steady motions   Motions are steady where:\n  M r θ̇² - m g = 0\n" in shown
+    assert "\n  With θ̇ = 3: these are all.\n" in shown
     assert "stable   r = m g / (M θ̇²) = 0.545, p_θ = m² g² / (M θ̇³) = 1.78215" in shown
     assert "ω_1 = √(3 M θ̇² / (M + m)) = 4.24264069\n" in shown
     words = ("--equilibria", "--json", "--at", "dot(theta)=3")

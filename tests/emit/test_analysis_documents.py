@@ -118,7 +118,9 @@ def test_rates_of_inputs_have_dots() -> None:
 def test_steady_motions_have_rates_or_momenta():
     found = analysis("lecture/masses_through_hole", at={"dot(theta)": 3}, steady=True)
     (text,) = found.emit("markdown").values()
-    assert "## Steady motions\n\nWith $\\dot{\\theta} = 3$:" in text
+    assert "## Steady motions\n\nMotions are steady where:\n" in text
+    assert r"M r \dot{\theta}^{2} - m g & = 0" in text
+    assert "\nWith $\\dot{\\theta} = 3$:" in text
     assert r"$p_{\theta} = \frac{m^{2} g^{2}}{M \dot{\theta}^{3}} = 1.78215$: stable" in text
     assert r"\mathbf{K} & = 3 M \dot{\theta}^{2} = 54" in text
 

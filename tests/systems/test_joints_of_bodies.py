@@ -223,3 +223,14 @@ def test_two_wheels_on_an_axle_have_three_redundant_equations() -> None:
     assert account.nonholonomic == 3
     said = [warning.hint or "" for warning in equations.derivation.warnings]
     assert any("right does not slip along direction 2 of the plane" in hint for hint in said)
+
+
+@pytest.mark.slow
+def test_a_vehicle_on_two_wheels_stands_or_hangs() -> None:
+    """Its angles count up to turns, though SymPy writes ½ (a + b sin² θ) anew a turn later."""
+    equilibria = derivation("segway").analyze().equilibria
+    assert equilibria is not None
+    assert equilibria.complete
+    tilt = [c.name for c in derivation("segway").equations.system.coordinates].index("theta")
+    angles = [float(point.position[tilt]) for point in equilibria.points if point.position]
+    assert sorted(angles) == pytest.approx([0, math.pi])

@@ -141,12 +141,10 @@ class RestSystem:
         system = self.equations.system
         masses = [e for row in system.mass_matrix for e in entries(row).values()]
         everything = (*self.forces, *self.constraints, *system.forcing, *masses)
-        turned = {c.q: c.q + 2 * sp.pi for c in self.equations.system.coordinates if c.is_angle}
         return frozenset(
             k
             for k, c in enumerate(self.equations.system.coordinates)
-            if c.q in turned
-            and all(e.xreplace({c.q: turned[c.q]}) == e for e in everything if e.has(c.q))
+            if c.is_angle and all(_is_periodic(e, c.q) for e in everything if e.has(c.q))
         )
 
     @property
@@ -211,6 +209,16 @@ class RestSystem:
             return (mpf(0),) * n
         with mpmath.workdps(DIGITS):
             return tuple(map(mpf, (initial.decimals or initial.positions)[:n]))
+
+
+def _is_periodic(expr: sp.Expr, angle: sp.Symbol) -> bool:
+    """Tell whether an expression is the same a turn later.
+
+    It is written anew besides, as SymPy multiplies numbers into sums then: ½ (a + b).
+    """
+    dummy = sp.Dummy()
+    rewritten = expr.xreplace({angle: dummy}).xreplace({dummy: angle})
+    return bool(expr.xreplace({angle: angle + 2 * sp.pi}) == rewritten)
 
 
 def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> RestSystem:

@@ -49,11 +49,15 @@ class SteadyForm:
     given_values
         For each of these the symbol of the momentum or rate that was given, and its value, None if
         that is not known.
+    conditions
+        What vanishes in a steady motion, over rates: a force on each coordinate that rests, times
+        what it is divided by. None where constraints exert further ones.
     """
 
     equations: Equations
     momenta: tuple[Momentum, ...]
     given_values: tuple[tuple[sp.Symbol, float | None], ...]
+    conditions: tuple[sp.Expr, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -214,7 +218,7 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
     asked = rest_system(sought, configuration.held_inputs)
     turned = {m.coordinate.q: mpf(0) for m in form.momenta}
     return SteadySystem(
-        SteadyForm(reduced, form.momenta, given_values),
+        SteadyForm(reduced, form.momenta, given_values, _conditions(equations, form)),
         replace(
             asked,
             known={**asked.known, **turned},
@@ -224,6 +228,21 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
         _turning_of(form, partial, at_rate),
         sp.Matrix([[equations.system.mass_matrix[i][j] for j in ignored] for i in ignored]),
     )
+
+
+def _conditions(equations: Equations, form: Routhian) -> tuple[sp.Expr, ...]:
+    """Write the forces f(q, v = Ω) on the coordinates that rest, without zeros."""
+    system = equations.system
+    if system.closures:
+        return ()
+    resting = {c.name for c in form.coordinates}
+    still = {c.v: sp.S.Zero for c in system.coordinates if c.name in resting}
+    forces = (
+        sp.numer(factored_form(f.xreplace(still)))
+        for c, f in zip(system.coordinates, system.forcing, strict=True)
+        if c.name in resting
+    )
+    return tuple(-f if f.could_extract_minus_sign() else f for f in forces if f != 0)
 
 
 def _require_unseen(form: Routhian) -> None:

@@ -37,6 +37,7 @@ from lagrange_cli.report.tree import (
     Case,
     Cases,
     Formula,
+    Formulas,
     Paragraph,
     Section,
     section,
@@ -57,6 +58,10 @@ if TYPE_CHECKING:
     from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 
 
+#: Most conditions of steady motion that are shown, and operations of one: what books print.
+_MOST_CONDITIONS, _LONGEST_CONDITION = 3, 40
+
+
 def equilibria_section(analysis: Analysis, writer: DocumentWriter) -> Section | None:
     """Return equilibria, or steady motions with the values that they are for."""
     result, steady = analysis.equilibria, analysis.steady
@@ -73,6 +78,7 @@ def equilibria_section(analysis: Analysis, writer: DocumentWriter) -> Section | 
     points = result.points[:MOST_LISTED]
     return section(
         say("Equilibria") if steady is None else say("Steady motions"),
+        *_conditions(places),
         sentence(counted),
         Cases(tuple(map(places.case, points))) if points else None,
         hidden(len(result.points) - len(points)),
@@ -80,6 +86,17 @@ def equilibria_section(analysis: Analysis, writer: DocumentWriter) -> Section | 
         Bullets(tuple(map(places.near, result.unproven))) if result.unproven else None,
         *held_values(result.held_inputs, [s.name for s in analysis.equations.system.switches]),
     )
+
+
+def _conditions(places: Places) -> Iterator[Block]:
+    """Yield what rates and places of a steady motion have to do with each other, if it is short."""
+    steady = places.analysis.steady
+    conditions = () if steady is None else steady.conditions
+    is_short = all(e.count_ops() <= _LONGEST_CONDITION for e in conditions)
+    if is_short and 0 < len(conditions) <= _MOST_CONDITIONS:
+        yield Paragraph(say("Motions are steady where:"))
+        zero = label_node(numeral(0))
+        yield Formulas(tuple(Formula(places.letter(e), (zero,)) for e in conditions))
 
 
 def held_values(
