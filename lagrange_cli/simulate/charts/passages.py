@@ -46,6 +46,9 @@ from lagrange_cli.simulate.system.functions import KeptFunctions
 from lagrange_cli.simulate.system.tables import Table
 from lagrange_cli.simulate.system.tracing import functions_of
 
+#: The turn that is regular everywhere.
+_QUATERNION = "turn: {quaternion: [q0, q1, q2, q3]}"
+
 #: Least number of parts of the time in which singular configurations are looked for.
 WATCHED = 500
 
@@ -159,20 +162,31 @@ def _from_start(
         alone = replace(_alone(context), functions=None)
         second = _in_other(with_multipliers, singularity, options, alone)
     if second is None:
-        said = f"the coordinates are singular where {singularity.where}"
-        raise type(refusal)(replace(problem, hint=f"{said}\n{problem.hint}")) from refusal
+        hints = [f"the coordinates are singular where {singularity.where}", problem.hint]
+        hints += [f"{_QUATERNION} has no such place"] if singularity.is_of_turns else []
+        raise type(refusal)(replace(problem, hint="\n".join(hints))) from refusal
     return second
 
 
 def _cut(run: Trajectory, passage: SingularPassage) -> Trajectory:
     """Cut a run before a singular configuration that it passed."""
-    said = Phrase(
-        "the coordinates are singular where {where}, which is met after t = {last}; {option} goes"
-        " on where it has no such place",
-        where=passage.singularity.where,
-        last=f"{run.t[passage.samples - 1]:.9g}",
-        option="--formulation multiplier",
-    )
+    where, last = passage.singularity.where, f"{run.t[passage.samples - 1]:.9g}"
+    if passage.singularity.is_of_turns:
+        said = Phrase(
+            "the coordinates are singular where {where}, which is met after t = {last};"
+            " {turn} has no such place",
+            where=where,
+            last=last,
+            turn=_QUATERNION,
+        )
+    else:
+        said = Phrase(
+            "the coordinates are singular where {where}, which is met after t = {last}; {option}"
+            " goes on where it has no such place",
+            where=where,
+            last=last,
+            option="--formulation multiplier",
+        )
     if not passage.passed:
         reason = Phrase("{text}; {reason}", text=run.reason, reason=said)
         return replace(run, reason=reason)

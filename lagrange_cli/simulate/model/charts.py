@@ -32,12 +32,28 @@ def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
         return ()
     from lagrange_cli.notation.scene_language import to_scene_language  # imports all of notation
 
+    of_turns = _angles_of_three_turns(equations)
     return tuple(
         ChartSingularity(
-            f"{to_scene_language(place.where, equations)} = 0", place.coordinates, place.infinite
+            f"{to_scene_language(place.where, equations)} = 0",
+            place.coordinates,
+            place.infinite,
+            any(angles.issuperset(place.coordinates) for angles in of_turns),
         )
         for place in equations.derivation.singular
     )
+
+
+def _angles_of_three_turns(equations: Equations) -> list[set[str]]:
+    """List the names of the angles of each body that has three turns, each by a coordinate."""
+    names = {c.q: c.name for c in equations.system.coordinates}
+    turnings = (p.turning for p in equations.system.particles if p.turning is not None)
+    angles = (
+        [names.get(turn[1]) for turn in turning.turns if isinstance(turn, tuple)]
+        for turning in turnings
+    )
+    known = ({name for name in each if name is not None} for each in angles)
+    return [each for each in known if len(each) == 3]
 
 
 def singular_program(equations: Equations) -> Program | None:

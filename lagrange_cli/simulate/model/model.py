@@ -96,11 +96,14 @@ class ChartSingularity:
         Coordinates that are not determined there.
     ends
         Coordinates end there; if false, the rates of ``lost`` move nothing.
+    is_of_turns
+        True if they are angles of three turns of one body, which a quaternion can replace.
     """
 
     where: str
     lost: tuple[str, ...]
     ends: bool
+    is_of_turns: bool = False
 
 
 @dataclass(frozen=True)
@@ -395,8 +398,8 @@ def _defaults(mark: dict[str, Any] | None, **fields: Any) -> SimulationDefaults:
     return SimulationDefaults(mark=None if mark is None else Mark(**mark), **fields)
 
 
-def _place(where: str, lost: list[str], ends: bool) -> ChartSingularity:
-    return ChartSingularity(where, tuple(lost), ends)
+def _place(where: str, lost: list[str], ends: bool, is_of_turns: bool) -> ChartSingularity:
+    return ChartSingularity(where, tuple(lost), ends, is_of_turns)
 
 
 def _chart(
