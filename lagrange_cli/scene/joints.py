@@ -35,6 +35,9 @@ class Joint:
         centre over the point that touches. None if there are no others.
     constants
         Radii, and what directions and surfaces are given by, which do not move in their frames.
+    round
+        A disk or a sphere about the origin of a body that touches a surface, and the number of its
+        axis; None of other joints, and of disks about a direction that is no axis of the body.
     quaternions
         Parts of the quaternions that ``unit`` keeps at length 1.
     """
@@ -44,6 +47,7 @@ class Joint:
     radii: tuple[Expression, ...] = ()
     positive: Expression | None = None
     constants: tuple[Expression, ...] = ()
+    round: tuple[Literal["disk", "sphere"], int] | None = None
     quaternions: tuple[Expression, ...] = ()
 
     def role(self, number: int, text: str) -> tuple[str, ...]:

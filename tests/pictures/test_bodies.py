@@ -180,3 +180,26 @@ initial: {theta: 0.4}
     np.testing.assert_allclose(rim[:, 1], 0, atol=1e-12)
     arcs = [s for s in sketch_of(equations).strokes if s.kind == "angle"]
     assert [arc.name for arc in arcs] == ["theta"]
+
+
+def test_what_rolls_is_drawn_by_the_radius_that_touches():
+    rolling = """
+parameters: {m: 1, R: 0.3}
+bodies:
+  wheel: {at: [x, y, z], turn: [z: a, x: b, y: c], mass: m, inertia: [0.1, 0.2, 0.1]}
+  ball: {at: [u, v, w], turn: {y: d}, mass: m, inertia: [0.1, 0.1, 0.2]}
+constraints:
+  road: {roll: wheel, radius: R, axis: y, on: {normal: z}}
+  floor: {touch: ball, radius: 2*R, on: {normal: z}}
+coordinates: [x, y, a, b, c, u, v, d]
+potentials: {weight: {gravity: 9.81}}
+initial: {x: 0, y: 0, a: 0, b: 0.2, c: 0, u: 2, v: 0, d: 0}
+"""
+    equations = loads(rolling).derive().equations
+    drawn = lines(equations, (0.5, 0.1, 0.4, 0.2, 1.0, 2.0, 0.0, 0.3))
+    turned = Rotation.from_euler("ZXY", [0.4, 0.2, 1.0])
+    rim = turned.inv().apply(drawn["wheel"][0] - [0.5, 0.1, 0.3 * np.cos(0.2)])
+    np.testing.assert_allclose(np.hypot(rim[:, 0], rim[:, 2]), 0.3, atol=1e-12)
+    np.testing.assert_allclose(rim[:, 1], 0, atol=1e-12)
+    for line in drawn["ball"]:
+        np.testing.assert_allclose(np.linalg.norm(line - [2, 0, 0.6], axis=1)[:-1], 0.6, atol=1e-12)

@@ -38,7 +38,16 @@ def element_motions(derivation: Uncertified) -> Iterator[ElementMotion]:
 
 
 def body_outlines(reduced: Reduced, motions: Iterable[ElementMotion]) -> Iterator[BodyOutline]:
-    """Yield what the rigid bodies of a scene are drawn by."""
+    """Yield what the rigid bodies of a scene are drawn by.
+
+    A body whose inertia is given by moments has the shape with which it touches a surface.
+    """
+    joints = (constraint.joint for constraint in reduced.scene.constraints)
+    touching = {
+        joint.parts[0]: Shape(*joint.round, joint.radii[:1])
+        for joint in joints
+        if joint is not None and joint.round is not None
+    }
     for body, motion in zip(reduced.scene.particles, motions, strict=True):
         if not isinstance(body, Body) or motion.turning is None:
             continue
@@ -55,7 +64,7 @@ def body_outlines(reduced: Reduced, motions: Iterable[ElementMotion]) -> Iterato
         centre = [_value(reduced, part) for part in body.centre or ()]
         back = in_space([-part for part in centre]) if centre else (_ZERO, _ZERO, _ZERO)
         x, y, z = (place + part for place, part in zip(motion.position, back, strict=True))
-        shape = body.shape
+        shape = body.shape or (touching.get(body.name) if body.centre is None else None)
         spans = () if shape is None else tuple(map(in_space, _spans(reduced, shape)))
         kind = None if shape is None else shape.kind
         yield BodyOutline(body.name, kind, spans, (x, y, z), body.base)

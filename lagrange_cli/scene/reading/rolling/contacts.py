@@ -54,6 +54,8 @@ from lagrange_cli.scene.reading.turns import across_plane
 
 _KEYS = ("radius", "axis", "on")
 
+_NO_AXIS = Direction((), SPACE, "")
+
 
 @dataclass(frozen=True)
 class _Contact:
@@ -74,7 +76,7 @@ class _Contact:
     height
         Component of ``up`` along the normal of the surface.
     axis
-        Components that the axis of a disk is given by.
+        The axis of a disk; of a sphere, and across the plane of a scene, it has no components.
     """
 
     body: Placed
@@ -84,7 +86,7 @@ class _Contact:
     up: Nodes
     sides: tuple[Node, Node]
     height: Node = ONE
-    axis: tuple[Expression, ...] = ()
+    axis: Direction = _NO_AXIS
 
     @property
     def shape(self) -> str:
@@ -117,9 +119,17 @@ def _written(
     radii = (contact.radius,) if isinstance(surface, Plane) else (contact.radius, surface.radius)
     parts, constants = (
         (contact.name, *surface.parts),
-        (contact.radius, *contact.axis, *surface.written),
+        (contact.radius, *contact.axis.written, *surface.written),
     )
-    return Written(tuple(equations), Joint(kind, parts, radii, positive, constants))
+    joint = Joint(kind, parts, radii, positive, constants, _round(contact))
+    return Written(tuple(equations), joint)
+
+
+def _round(contact: _Contact) -> tuple[Literal["disk", "sphere"], int] | None:
+    if not contact.axis.components:
+        return "sphere", 2
+    axes = [k for k, part in enumerate(contact.axis.components) if not is_zero(part)]
+    return ("disk", axes[0]) if len(axes) == 1 else None
 
 
 def _is_root(node: Node) -> bool:
@@ -177,7 +187,7 @@ def _on_plane(
     up, height = _up(body, unit_vector(axis.components), plane.normal)
     above = [total([c, minus(p)]) for c, p in zip(body.origin, plane.point, strict=True)]
     sides = dot(plane.normal, above), product(radius.node, height)
-    return _Contact(body, name, plane, radius, up, sides, height, axis.written)
+    return _Contact(body, name, plane, radius, up, sides, height, axis)
 
 
 def _on_round(body: Placed, name: str, surface: Round, radius: Expression) -> _Contact:
@@ -199,7 +209,7 @@ def _axis(node: SourceNode | None, what: str, reading: Reading) -> Direction | N
     across = across_plane(reading)
     is_across = across is not None and isinstance(node, Scalar) and node.text == AXES[across]
     if node is None or is_across:
-        return Direction((), SPACE, "")
+        return _NO_AXIS
     return read_direction(node, "axis", what, reading)
 
 
