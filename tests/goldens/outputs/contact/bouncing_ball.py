@@ -720,7 +720,8 @@ def first_due(c, mode, before, values, largest):
 
 
 def advance(n, c, motion, t, h, mode, y, start, before, values, largest, taken):
-    """Advance the n numbers of a state from t by h, or to the first event of c contacts.
+    """Advance the n numbers of a state from t by h, or to the first event of c
+    contacts and relays.
 
     Return the number of the contact, c without an event, c + 1 without a result; the time that it
     took is stored in taken. largest holds the largest numbers so far, of open contacts, then of
@@ -815,7 +816,7 @@ def reset(t, y, p=DEFAULTS, mode=FLIGHT, event=-1, bounce=1.0):
     return None if status else (y, tuple(flags[:1].astype(int).tolist()))
 
 
-def step(t, y, h, p, mode):
+def stepped(t, y, h, p, mode):
     """State after one classical Runge-Kutta step of size h, led back to what is closed."""
     k1 = rhs(t, y, p, mode=mode)
     k2 = rhs(t + h/2, y + h/2*k1, p, mode=mode)
@@ -831,7 +832,7 @@ class _Motion:
         self.p = p
 
     def step(self, t, h, start, mode, results):
-        results[:] = step(t, start, h, self.p, mode)
+        results[:] = stepped(t, start, h, self.p, mode)
         return np.isfinite(results).all()
 
     def falls(self, t, y, mode, results):
@@ -841,16 +842,16 @@ class _Motion:
 
 def follow(t, y, h, p, mode, largest):
     """State and mode after a step of size h, with its events."""
-    end, n, c = t + h, len(y), len(mode)
+    end, n = t + h, len(y)
     y, taken = np.array(y), np.zeros(1)
     for count in range(1000 + 1):
         if not t < end:
             return y, mode
-        arrays = np.empty(n), np.empty(c), np.empty(c)
-        event = advance(n, c, _Motion(p), t, end - t, mode, y, *arrays, largest, taken)
-        if event == c:
+        arrays = np.empty(n), np.empty(1), np.empty(1)
+        event = advance(n, 1, _Motion(p), t, end - t, mode, y, *arrays, largest, taken)
+        if event == 1:
             return y, mode
-        if event > c:
+        if event > 1:
             break
         t += taken[0]
         name = f"{'release' if mode[event] else 'contact'}:{CONTACTS[event]}"
@@ -867,7 +868,7 @@ def follow(t, y, h, p, mode, largest):
 def integrate(y, t, until, steps, p=DEFAULTS, mode=FLIGHT, largest=None):
     """State and mode after ``steps`` steps of one size from t to until."""
     h = (until - t)/steps
-    largest = np.zeros(2*len(mode)) if largest is None else largest
+    largest = np.zeros(2) if largest is None else largest
     for k in range(steps):
         y, mode = follow(t + k*h, y, h, p, mode, largest)
     return y, mode
@@ -906,7 +907,7 @@ if __name__ == "__main__":
     y, mode, wrong = begin(y, 0.0, until, p)
     if wrong:
         sys.exit(wrong)
-    largest = np.zeros(2*len(mode))
+    largest = np.zeros(2)
     times = np.linspace(0.0, until, 501)
     print("t", *state, sep=",")
     for t, following in zip(times[:-1], times[1:]):

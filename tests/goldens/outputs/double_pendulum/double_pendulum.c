@@ -2,7 +2,7 @@
 
 #include "double_pendulum.h"
 
-#if double_pendulum_EMISSION != 0x5cfadbd5UL
+#if double_pendulum_EMISSION != 0x678d863fUL
 #error "double_pendulum.c and double_pendulum.h are not of one emission: emit both once more"
 #endif
 
@@ -159,7 +159,7 @@ int double_pendulum_positions(double t, const double *y, const double *u, const 
 #define double_pendulum_STATE (2*double_pendulum_DOF)
 
 /* One step of size h from time t; y is advanced. */
-static int double_pendulum_step(double t, double h, const double_pendulum_params *p, double *y)
+static int double_pendulum_stepped(double t, double h, const double_pendulum_params *p, double *y)
 {
     static double k[4][double_pendulum_STATE], s[double_pendulum_STATE], work[double_pendulum_WORK];
     static const double at[4] = {0.0, 0.5, 0.5, 1.0};
@@ -251,7 +251,7 @@ int main(int argc, char **argv)
             printf(",%.17g", y[k]);
         }
         for (step = 0; row < 500 && step < steps; ++step) {
-            status = double_pendulum_step(start + (double)(row*steps + step)*h, h, &p, y);
+            status = double_pendulum_stepped(start + (double)(row*steps + step)*h, h, &p, y);
             if (status != 0) {
                 fprintf(stderr, "\nstopped: %s\n",
                         status == 1 ? "singular mass matrix" : "result is not finite");

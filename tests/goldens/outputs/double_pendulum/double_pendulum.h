@@ -39,7 +39,7 @@ extern "C" {
 
 #define double_pendulum_DOF 2
 #define double_pendulum_POSITIONS 6
-#define double_pendulum_EMISSION 0x5cfadbd5UL
+#define double_pendulum_EMISSION 0x678d863fUL
 #define double_pendulum_WORK 1
 
 typedef struct double_pendulum_params {

@@ -309,7 +309,7 @@ function [size, errors] = residual(errors)
   end
 end
 
-function y = step(t, h, y, p)
+function y = stepped(t, h, y, p)
 % State after one classical Runge-Kutta step of size h from time t.
   slope = @(s, x) rhs(s, x, p);
   k1 = slope(t, y);
@@ -324,7 +324,7 @@ function y = integrate(y, t, finish, steps, p)
 % State after so many classical Runge-Kutta steps of fixed size from t to finish.
   h = (finish - t)/steps;
   for k = 0:steps - 1
-    y = step(t + k*h, h, y, p);
+    y = stepped(t + k*h, h, y, p);
   end
 end
 

@@ -729,7 +729,7 @@ function violation(stated, led, until, p) {
 
 
 /** State after one classical Runge-Kutta step of size h from time t. */
-function step(t, h, y, p) {
+function stepped(t, h, y, p) {
   const slope = (s, state) => rhs(s, state, p);
   const moved = (k, by) => y.map((value, i) => value + by * k[i]);
   const k1 = slope(t, y);
@@ -744,7 +744,7 @@ function step(t, h, y, p) {
 export function integrate(y, t, until, steps, p = DEFAULTS) {
   const h = (until - t) / steps;
   for (let k = 0; k < steps; ++k) {
-    y = step(t + k * h, h, y, p);
+    y = stepped(t + k * h, h, y, p);
   }
   return y;
 }
