@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.special import ellipj, ellipk
 
 from lagrange_cli import load
+from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.cache import open_cache
 from lagrange_cli.simulate import Trajectory
 from tests.systems.shipped import APART
@@ -54,3 +56,12 @@ def test_angular_momentum_in_space_and_length_stay(motion: Trajectory) -> None:
     crossed = np.cross(vector, along)
     in_space = along + 2 * (scalar * crossed + np.cross(vector, crossed))
     assert in_space == pytest.approx(np.tile(in_space[0], (len(in_space), 1)), abs=1e-8)
+
+
+def test_components_of_the_angular_momentum_are_found() -> None:
+    equations = load(APART["dzhanibekov"]).derive(cache=open_cache()).equations
+    found = linear_symmetries(equations).proven
+    assert [symmetry.name for symmetry in found] == ["L_x", "L_y", "L_z"]
+    (body,) = equations.system.particles
+    for symmetry, component in zip(found, body.angular_momentum, strict=True):
+        assert sp.expand(symmetry.expression - component) == 0

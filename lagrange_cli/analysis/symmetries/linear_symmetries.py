@@ -382,6 +382,8 @@ class _Search:
         # A boost is turned round, so that its quantity begins with the centre of mass.
         if rigid is not None and (rigid.sense < 0) != (rigid.kind == "boost"):
             field, gauge = tuple(-x for x in field), -gauge
+        if rigid is not None and rigid.size != 1:
+            field, gauge = tuple(x / rigid.size for x in field), gauge / rigid.size
         unnamed = sum(s.displacement is None for s in before)
         name = f"J_{unnamed + 1}" if rigid is None else rigid.name
         return Symmetry(name, rigid, field, gauge, self._quantity(field, gauge))

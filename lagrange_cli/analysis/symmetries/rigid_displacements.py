@@ -42,11 +42,14 @@ class Displacement:
         0, 1, 2 for x, y, z.
     sense
         1, or -1 against the axis.
+    size
+        Length of the displacement, or angle of the rotation: 2 of a quaternion's parts.
     """
 
     kind: Kind
     axis: int
     sense: int = 1
+    size: int = 1
 
     @property
     def name(self) -> str:
@@ -164,9 +167,11 @@ def _rigid(r: Array, moved: Array) -> tuple[Array | None, Array | None]:
 
 
 def _unit(kind: Kind, vector: Array) -> Displacement | None:
-    """Return the displacement by a unit vector along an axis; None for any other vector."""
+    """Return the displacement by 1 along an axis, or by 2 around one; None for other vectors."""
     (present,) = np.nonzero(vector)
-    if len(present) != 1 or abs(abs(vector[present[0]]) - 1) > _SAME:
+    sizes = (1, 2) if kind == "rotation" else (1,)
+    fitting = [size for size in sizes if np.abs(np.abs(vector[present]) - size).max() <= _SAME]
+    if len(present) != 1 or not fitting:
         return None
     axis = int(present[0])
-    return Displacement(kind, axis, 1 if vector[axis] > 0 else -1)
+    return Displacement(kind, axis, 1 if vector[axis] > 0 else -1, fitting[0])
