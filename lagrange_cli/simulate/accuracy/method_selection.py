@@ -347,7 +347,9 @@ def explicit_method(problem: InitialValueProblem) -> type[Integrator]:
     """Return the method for motion that is not stiff."""
     if isinstance(problem.rhs, NativeRhs) and problem.rhs.series is not None:
         return CompiledTaylor
-    if _suits_taylor(problem.rhs, len(problem.y0)):
+    # Perturbed companions have more operations, and may be too long where the run is not.
+    every = (problem.rhs, *(problem.perturbed or ()))
+    if all(_suits_taylor(rhs, len(problem.y0)) for rhs in every):
         return INTEGRATORS["taylor"]
     return INTEGRATORS["Gauss16" if suits_gauss(problem.rhs) else "DOP853"]
 

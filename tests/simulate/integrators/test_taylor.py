@@ -219,6 +219,17 @@ def test_what_would_compile_for_ages_is_refused(taylor, monkeypatch):
     assert "more than 5 operations" in refusal(model(other), 1e-9)
 
 
+@pytest.mark.parametrize("most", [2, 3, 4, 5])
+def test_what_is_too_long_only_when_perturbed_is_stepped_by_numpy(taylor, monkeypatch, most):
+    monkeypatch.setattr(
+        "lagrange_cli.simulate.integrators.external.heyoka_algebra.MOST_HEYOKA_OPERATIONS", most
+    )
+    of = model(OSCILLATOR)
+    found = simulate(of, until=0.5, accuracy=1e-6, functions=interpreted(of, "x"))
+    assert found.method in ("DOP853", "taylor")
+    assert np.abs(found.columns["x"] - np.cos(2 * found.t)).max() < 1e-6
+
+
 def test_a_right_hand_side_without_a_text_is_not_for_it():
     control = Control(np.zeros(2), np.ones(2), 1.0, 1.0)
     with pytest.raises(UnfitError, match="expressions"):
