@@ -1,10 +1,11 @@
-"""Arms whose numbers are published: what is imported, and the shipped scene of one."""
+"""Arms whose numbers are published: what is imported, and the shipped scenes of them."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 
 from lagrange_cli.robots.importing import import_robot
@@ -13,7 +14,7 @@ from tests.robots.placed_bodies import assert_same, placed_bodies
 from tests.robots.published import iiwa, ur5
 from tests.robots.urdf_kinematics import links_of_urdf
 
-SHIPPED = Path(__file__).parents[2] / "systems" / "robots" / "kuka_iiwa.yaml"
+ROBOTS = Path(__file__).parents[2] / "systems" / "robots"
 
 
 def imported(tmp_path, text: str) -> str:
@@ -22,11 +23,16 @@ def imported(tmp_path, text: str) -> str:
     return import_robot(str(path)).text
 
 
-def test_the_shipped_arm_is_what_is_imported(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "published", "points"),
+    [("kuka_iiwa", iiwa, {"hand": "iiwa_link_ee"}), ("ur5", ur5, {})],
+    ids=("kuka_iiwa", "ur5"),
+)
+def test_the_shipped_arm_is_what_is_imported(tmp_path, name, published, points):
     """But for its title and description, the name of its hand, and where it starts."""
-    written = yaml.safe_load(imported(tmp_path, iiwa()))
-    shipped = yaml.safe_load(SHIPPED.read_text())
-    shipped["points"]["iiwa_link_ee"] = shipped["points"].pop("hand")
+    written = yaml.safe_load(imported(tmp_path, published()))
+    shipped = yaml.safe_load((ROBOTS / f"{name}.yaml").read_text())
+    shipped["points"] = {points.get(k, k): point for k, point in shipped["points"].items()}
     apart = ("title", "description", "initial", "simulate", "expect")
     assert {k: v for k, v in shipped.items() if k not in apart} == {
         k: v for k, v in written.items() if k not in apart

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import mpmath as mp
+import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
 
 from lagrange_cli import Derivation, load
 from lagrange_cli.cache import open_cache
@@ -107,6 +109,23 @@ def test_bricards_linkage_moves_with_six_hinges() -> None:
     (warning,) = derivation("bricards_linkage").equations.derivation.warnings
     assert "1 of the 2 equations of constraint 'hinge' is redundant" in warning.message
     assert derivation("bricards_linkage").equations.derivation.account.dof == 1
+
+
+@pytest.mark.slow
+def test_windows_of_four_bars_fall_as_one_through_the_line_of_their_rods() -> None:
+    """The pendulum of (4N + 1)/3 m l² θ̇²/2 and (3N + 1)/2 m g l cos θ, which turns over."""
+    run = derivation("n_four_bars").simulate()
+    speeding = 4 * 1.5 * 7 / 9 * 9.81  # 4 g/l · 3 (3N + 1)/(2 (4N + 1)), N = 2
+    top = math.sqrt(1 + speeding)
+    modulus = speeding / top**2
+    sn, cn, dn, _ = ellipj(ellipk(modulus) - top * run.t / 2, modulus)
+    for j in range(3):
+        theta, rate = run.columns[f"theta[{j}]"], run.columns[f"dot(theta[{j}])"]
+        assert np.cos(theta) == pytest.approx(sn**2 - cn**2, abs=1e-12)
+        assert np.sin(theta) == pytest.approx(2 * sn * cn, abs=1e-12)
+        assert rate == pytest.approx(top * dn, abs=1e-12)
+    assert run.events == ()
+    assert run.columns["phi[2]"] == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.slow
