@@ -43,6 +43,7 @@ JOINTS = {
         "segway",
         "sliding_ladder",
         "squeezer_of_bodies",
+        "stewart_platform",
         "yo_yo",
     )
 }

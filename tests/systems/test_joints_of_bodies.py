@@ -167,6 +167,23 @@ def test_rods_on_wires_turn_slowly() -> None:
     assert found == pytest.approx(sorted([math.sqrt(9.81 / 0.8)] * 2 + [math.sqrt(3 * 9.81 / 0.8)]))
 
 
+def test_a_stewart_platform_on_edges_of_a_cube_has_the_published_stiffness() -> None:
+    """At rest K = diag(2k, 2k, 2k, ½ k l², ½ k l², 2 k l²), by differences of the forces."""
+    system = derivation("stewart_platform").equations.system
+    values = {p.name: float(p.exact) for p in system.parameters}
+    arguments = [[c.q for c in system.coordinates], [p.symbol for p in system.parameters]]
+    at_rest = {c.v: 0 for c in system.coordinates}
+    forcing = sp.lambdify(arguments, [f.xreplace(at_rest) for f in system.forcing], cse=True)
+    step = 1e-5
+    columns = [
+        (np.array(forcing(-x, values.values())) - forcing(x, values.values())) / (2 * step)
+        for x in step * np.eye(6)
+    ]
+    k, square = values["k"], values["l"] ** 2
+    expected = np.diag([2 * k] * 3 + [k * square / 2] * 2 + [2 * k * square])
+    assert np.array(columns) == pytest.approx(expected, abs=1e-5)
+
+
 def reactions(name: str) -> dict[str, tuple[sp.Expr, tuple[str, ...]]]:
     """Multipliers with what they are of a joint, in the letters of the scene."""
     equations = load(JOINTS[name]).derive(forces=True, cache=open_cache()).equations
