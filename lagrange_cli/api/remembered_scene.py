@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.api.remembered import Answer, SceneSource, remembered
 from lagrange_cli.api.workspace import Workspace
-from lagrange_cli.scene.bodies import bodies_of
 from lagrange_cli.stages import announce
 from lagrange_cli.state_layout import StateLayout
 
@@ -173,7 +172,7 @@ class RememberedScene:
         started = perf_counter()
         loaded = self.loaded()
         when_read(loaded)
-        without_steps = self.steps_optional and bodies_of(loaded.scene)
+        without_steps = self.steps_optional and _holds_bodies(loaded)
         derivation = loaded.derive(
             digits=digits,
             forces=self.forces,
@@ -387,3 +386,9 @@ class RememberedMembers:
         question = [*self.scene.key, *values, self.section and self.section.text]
         scene = self.scene
         return bool(remembered(scene.workspace, "members", scene.source, question, work))
+
+
+def _holds_bodies(loaded: LoadedScene) -> bool:
+    from lagrange_cli.scene.bodies import bodies_of
+
+    return bool(bodies_of(loaded.scene))

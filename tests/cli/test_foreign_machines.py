@@ -123,6 +123,7 @@ AS_NOBODY = """\
 import json, os, sys
 from lagrange_cli.cli.main import run
 warm, folder, *commands = sys.argv[1:]
+os.environ["LAGRANGE_CACHE"] = "off"  # what is remembered imports less
 for words in map(json.loads, commands):
     os.chdir(warm)
     run(words)
@@ -131,7 +132,8 @@ os.setgid(65534)
 os.setuid(65534)
 os.chdir(folder)
 os.environ.update(HOME="/nonexistent", TMPDIR="/nonexistent")
-os.environ.pop("XDG_CACHE_HOME", None)
+for name in ("XDG_CACHE_HOME", "LAGRANGE_CACHE"):
+    os.environ.pop(name, None)
 print("as nobody", file=sys.stderr)
 codes = [run(json.loads(words)) for words in commands]
 print(json.dumps(codes))

@@ -136,6 +136,8 @@ constraints:
   c7: {touch: e1, radius: 1, on: d1, zzz: 1}
   c8: {roll: e1, radius: 1, on: d1, zzz: 1}
   c9: {roll: e1, radius: 1, on: {normal: z, zzz: 1}}
+  ca: {roll: e1, radius: 1, on: {sphere: 2, zzz: 1}}
+  cb: {roll: e1, radius: 1, on: {cylinder: 2, axis: y, zzz: 1}}
 potentials:
   p1: {gravity: g, zzz: 1}
   p2: {spring: [a, b], stiffness: 1, zzz: 1}

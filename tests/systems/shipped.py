@@ -112,6 +112,7 @@ SLICE = (
     "wheel_down_incline",
     "cart_pole",
     "planar_quadrotor",
+    "ballbot",
 )
 
 #: Scenes of the slice that differ in the functions that are emitted: free and with closures of

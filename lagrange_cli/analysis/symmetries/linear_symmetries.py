@@ -425,12 +425,11 @@ def _null_space(conditions: Array, directions: int) -> Array:
         return np.zeros((0, conditions.shape[1]))
     sizes = np.abs(conditions).max(axis=1, keepdims=True)
     rows = conditions / np.where(sizes > 0, sizes, 1.0)
-    weights = np.linalg.norm(rows, axis=0)
-    weights = np.where(weights > 0, weights, 1.0)
+    lengths = np.linalg.norm(rows, axis=0)
+    weights = np.where(lengths > 0, lengths, 1.0)
     _, singular, vectors = np.linalg.svd(rows / weights, full_matrices=True)
     rank = int((singular > _NOTHING * singular.max(initial=0.0) * len(singular)).sum())
-    basis = vectors[rank:] / weights
-    return _echelon(basis, directions)
+    return _echelon(vectors[rank:] / weights, directions)
 
 
 def _echelon(basis: Array, directions: int) -> Array:
@@ -445,7 +444,7 @@ def _echelon(basis: Array, directions: int) -> Array:
             continue
         basis[[done, pivot]] = basis[[pivot, done]]
         basis[done] /= basis[done, column]
-        others = [k for k in range(len(basis)) if k != done]
+        others = np.arange(len(basis)) != done
         basis[others] -= np.outer(basis[others, column], basis[done])
         done += 1
     return basis[:done]
