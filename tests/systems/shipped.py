@@ -38,6 +38,7 @@ JOINTS = {
         "marble_in_bowl",
         "marble_on_turntable",
         "n_four_bars",
+        "rattleback",
         "rod_on_two_wires",
         "roller_in_cylinder",
         "segway",
