@@ -12,7 +12,7 @@ from lagrange_cli.editors.answers import renamed
 from lagrange_cli.editors.completion import completions
 from lagrange_cli.editors.hovering import hover_text
 from lagrange_cli.editors.outline import Outline, Symbol
-from lagrange_cli.errors import InputError
+from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.scene import read_text
 from lagrange_cli.scene.reading.source import edited
 from tests.systems.shipped import SCENES, sliced
@@ -90,7 +90,7 @@ def test_renaming_keeps_every_shipped_scene_valid(name: str) -> None:
     for symbol in chosen:
         if not all(o.exact for o in known.occurrences if o.symbol == symbol):
             continue  # It stands in a text of several lines, and is refused.
-        mark = known.declarations[symbol].mark
+        mark = place_of(known, symbol)
         edits = renamed(text, known, mark.line, mark.column, "another_name")
         after = edited(text, edits)
         read_text(after, str(path))
@@ -101,8 +101,13 @@ def test_renaming_keeps_every_shipped_scene_valid(name: str) -> None:
         ]
         if [s.name for s in known.declarations].count(symbol.name) > 1:
             continue  # Another thing has the name that it had.
-        back = again.declarations[renewed].mark
+        back = place_of(again, renewed)
         assert edited(after, renamed(after, again, back.line, back.column, symbol.name)) == text
+
+
+def place_of(known: Outline, symbol: Symbol) -> Mark:
+    """A place where the name stands: positions of a body are declared at the body's name."""
+    return next(o.mark for o in known.occurrences if o.symbol == symbol)
 
 
 def test_every_key_of_the_schema_has_a_hover_text() -> None:

@@ -173,8 +173,8 @@ def every_system():
 def sliced_systems():
     """Systems as parameters; shipped scenes beside the slice are a campaign."""
     for name, make in every_system():
-        # Its reference reads no inputs, which the scene of the slice with bodies has.
-        chosen = name in set(SLICE) - {"cart_pole"} or name.startswith("system ")
+        # Its reference reads no inputs, which scenes of the slice with bodies have.
+        chosen = name in set(SLICE) - {"cart_pole", "ballbot"} or name.startswith("system ")
         yield pytest.param(name, make, id=name, marks=() if chosen else pytest.mark.campaign)
 
 
