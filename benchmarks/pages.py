@@ -68,7 +68,7 @@ Pages of a hundred particles while they play. A frame has 16.7 ms at 60 frames a
 columns decide on a machine with a graphics processor: the median, and the longest of 19 in 20, of
 what the page's own script takes of a frame, and the CPU time of the thread that runs the script,
 lays out and paints. The last column is the rate that was reached here, where Chromium renders in
-software on a machine with other work. It is the output of
+software, on two cores without other work. It is the output of
 
     python benchmarks/pages.py --frames
 
