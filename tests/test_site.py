@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.mark.slow
 def test_a_slice_of_the_site_is_built(tmp_path: Path) -> None:
-    if importlib.util.find_spec("material") is None:
-        pytest.skip("mkdocs-material is not installed (pip install '.[site]')")
+    if not all(map(importlib.util.find_spec, ("material", "latex2mathml"))):
+        pytest.skip("mkdocs-material or latex2mathml is not installed (pip install '.[site]')")
     command = [sys.executable, str(ROOT / "docs/site/build.py"), str(tmp_path)]
     done = subprocess.run(
         [*command, "lever", "low_pass_filter"], cwd=ROOT, capture_output=True, text=True
@@ -32,5 +32,9 @@ def test_a_slice_of_the_site_is_built(tmp_path: Path) -> None:
         assert (tmp_path / "scenes" / name).exists()
     lecture = (tmp_path / "lecture.html").read_text(encoding="utf-8")
     assert 'href="scenes/lever.html"' in lecture
+    steps = (tmp_path / "steps/bead_on_parabola.html").read_text(encoding="utf-8")
+    assert "<math" in steps
+    article = steps.partition("<article")[2].partition("</article>")[0]
+    assert not re.search(r"[$\\]|&amp;|&#x00026;", article)
     for link in re.findall(r'href="([^"#:]+)"', front + page):
         assert any((tmp_path / folder / link).exists() for folder in (".", "scenes")), link

@@ -20,6 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import yaml
+from latex2mathml.converter import convert
 
 from lagrange_cli.api import Derivation, load, open_cache
 from lagrange_cli.errors import LagrangeError
@@ -112,8 +113,26 @@ def _copy_pages(source: Path, built: set[str]) -> None:
     (source / "README.md").rename(source / "pages.md")
     for path in source.rglob("*.md"):
         up = "../" * (len(path.relative_to(source).parts) - 1)
-        text = path.read_text(encoding="utf-8")
+        text = _with_formulas(path.read_text(encoding="utf-8"))
         path.write_text("\n".join(_linked(text, up, built)) + "\n", encoding="utf-8")
+
+
+_FORMULA = re.compile(r"^\$\$\n(.*?)\n\$\$$|\$([^$\n]+)\$", re.MULTILINE | re.DOTALL)
+
+
+def _with_formulas(text: str) -> str:
+    """Write LaTeX between dollars as MathML, in documents; dollars of other pages are a shell's."""
+    if "\n$$\n" not in text:
+        return text
+
+    def formula(match: re.Match[str]) -> str:
+        displayed, inline = match.groups()
+        if displayed:  # latex2mathml knows the same environment as align*
+            return convert(displayed.replace("{aligned}", "{align*}"), display="block")
+        # A line that began with <math> would be taken for a block of HTML.
+        return f"<span>{convert(inline)}</span>"
+
+    return _FORMULA.sub(formula, text)
 
 
 _LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^()\s]+)\)")
