@@ -62,6 +62,9 @@ _CONFIGURATION = {
 }  # fmt: skip
 
 _STYLE = """\
+mtd { padding: 0.3em 0; }
+mtd[columnalign=right] { text-align: right; }
+mtd[columnalign=left] { text-align: left; }
 .gallery p { display: grid; gap: 1rem }
 .gallery p { grid-template-columns: repeat(auto-fill, minmax(11rem, 1fr)) }
 .gallery a { display: block; border: 1px solid #8884; border-radius: 4px }
