@@ -42,7 +42,9 @@ _PARTS = (
 #: Functions and constants of the emitted module that the page's script reads.
 _EMITTED = ("rhs", "energy", "positions", "DEFAULTS", "INITIAL", "START")
 
-_EMITTED_OF_CONTACTS = ("FLIGHT", "events", "reset", "first_due")
+#: Those of contacts, of states with two values, and of both.
+_EMITTED_OF_CONTACTS, _EMITTED_OF_SWITCHES = ("FLIGHT", "reset"), ("PLACES", "change")
+_EMITTED_OF_EVENTS = ("falls", "first_due")
 
 #: Most numbers of the simulated trajectory that a page holds, and its significant digits.
 _MOST_NUMBERS, _DIGITS = 30_000, 12
@@ -138,6 +140,8 @@ def _system(equations: Equations) -> str:
     system = equations.system
     exported = [*_EMITTED, *(["project"] if system.closures or system.contacts else [])]
     exported += _EMITTED_OF_CONTACTS if system.contacts else []
+    exported += _EMITTED_OF_SWITCHES if system.switches else []
+    exported += _EMITTED_OF_EVENTS if system.contacts or system.switches else []
     return f"\n{_within_html(module)}\nglobalThis.lagrangeSystem = {{ {', '.join(exported)} }};\n"
 
 
@@ -187,6 +191,7 @@ def _data(
                 "symbol": labels.symbol(state.name).plain,
                 "unit": _unit(labels, state.name),
                 "scale": trajectory.scales.get(state.name, 1.0),
+                "hasTwoValues": state.switch is not None,
             }
             for state in system.states
         ],

@@ -69,6 +69,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "slack_rope": "contact/slack_rope",
             "rolling_disk": "rolling/rolling_disk",
             "seismometer": "oscillators/seismometer",
+            "slider_with_play": "switching/slider_with_play",
         }.items()
     }
     scenes["hostile"] = loads(HOSTILE).derive()
@@ -81,6 +82,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
     [
         *("double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"),
         *("dc_motor_pendulum", "bouncing_ball", "slack_rope", "rolling_disk", "seismometer"),
+        "slider_with_play",
     ],
 )
 def test_a_page_moves_as_the_simulation_does(pages, name):
@@ -89,7 +91,7 @@ def test_a_page_moves_as_the_simulation_does(pages, name):
     assert page["usual"]["status"] == "done"
     assert page["usual"]["largest"] < 1e-6
     assert page["played"]["t"] > 0.2
-    is_drawn = name != "schwarzschild_orbit"
+    is_drawn = name not in ("schwarzschild_orbit", "slider_with_play")
     assert (page["canvases"]["drawing"] > 100) is is_drawn
     assert min(page["canvases"][id_] for id_ in ("series", "phase", "drift")) > 100
 

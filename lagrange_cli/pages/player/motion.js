@@ -40,19 +40,26 @@ class Motion {
     this.mode = system.FLIGHT;
     this.bounces = { part: 0, count: 0 };
     const led = system.project ? system.project(from, start, p, this.mode) : Float64Array.from(start);
-    this.goOn(from, system.reset ? system.reset(from, led, p) : { y: led });
+    this.state = led;
+    const begun = system.reset ? system.reset(from, led, p) : { y: led };
+    this.goOn(from, begun && system.change ? { ...begun, y: system.change(from, begun.y, p) } : begun);
     this.size = this.firstStep();
   }
 
-  /** Go on from a state in a mode; null if contacts leave no motion. */
+  /** Go on from a state in a mode; null if contacts or states of two values leave no motion. */
   goOn(t, begun) {
     this.state = begun?.y ?? this.state;
     this.mode = begun?.mode;
     this.slope = system.rhs(t, this.state, this.p, this.mode);
-    this.status = begun && this.slope.every(Number.isFinite) ? 'running' : 'failed';
-    if (!system.events) return;
-    this.falling = system.events(t, this.state, this.p, this.mode);
+    this.status = begun?.y && this.slope.every(Number.isFinite) ? 'running' : 'failed';
+    if (!system.falls) return;
+    this.falling = system.falls(t, this.state, this.p, this.mode);
     this.largest ??= new Float64Array(2 * this.falling.length);
+  }
+
+  /** What each event waits for: whether a contact is closed, and the states of two values. */
+  values(state) {
+    return [...(this.mode ?? []), ...(system.PLACES ?? []).map((place) => state[place])];
   }
 
   get reached() {
@@ -124,7 +131,7 @@ class Motion {
     const begun = change.map((value, i) => h * k[0][i] - value);
     const bent = change.map((value, i) => value - h * k[6][i] - begun[i]);
     const segment = { h, parts: [state, change, begun, bent, combined(DENSE, k, h)] };
-    const event = system.events ? this.firstEvent(t, segment, end) : null;
+    const event = system.falls ? this.firstEvent(t, segment, end) : null;
     this.segments.push(segment);
     if (event) this.cross(event);
     else this.pass(t, h, end, k[6]);
@@ -145,14 +152,16 @@ class Motion {
     this.slope = system.rhs(t + h, this.state, this.p, this.mode);
   }
 
-  /** The first contact that opens or closes within a step, and when; null if none does. */
+  /**
+   * The first contact that opens or closes within a step, or state of two values that changes, and
+   * when; null if none does.
+   */
   firstEvent(t, segment, end) {
+    const modes = this.values(this.state);
     const due = (at, y) => {
-      const values = system.events(at, y, this.p, this.mode);
-      const contact = system.first_due(
-        values.length, this.mode, this.falling, values, this.largest,
-      );
-      return { contact, values, isDue: contact < values.length };
+      const values = system.falls(at, y, this.p, this.mode);
+      const event = system.first_due(values.length, modes, this.falling, values, this.largest);
+      return { event, values, isDue: event < values.length };
     };
     const last = due(t + segment.h, end);
     if (!last.isDue) {
@@ -165,16 +174,21 @@ class Motion {
       if (trial.isDue) [late, found] = [middle, trial];
       else early = middle;
     }
-    return { contact: found.contact, t: t + late, y: dense(segment, late) };
+    return { event: found.event, t: t + late, y: dense(segment, late) };
   }
 
   /** Go on behind an event; ever shorter bounces end without restitution. */
-  cross({ contact, t, y }) {
+  cross({ event, t, y }) {
     this.times.push(t);
+    const contacts = this.mode?.length ?? 0;
+    if (event >= contacts) {
+      this.goOn(t, { mode: this.mode, y: system.change(t, y, this.p, event - contacts) });
+      return;
+    }
     const part = Math.floor(((t - this.from) / (this.until - this.from)) * PARTS);
     this.bounces = { part, count: part === this.bounces.part ? this.bounces.count + 1 : 1 };
     const bounce = this.bounces.count < MOST_BOUNCES ? 1 : 0;
-    this.goOn(t, system.reset(t, y, this.p, this.mode, contact, bounce));
+    this.goOn(t, system.reset(t, y, this.p, this.mode, event, bounce));
   }
 
   /** The state at a time, by the dense output of its step; times beyond the ends are the ends'. */

@@ -12,9 +12,10 @@ const usual = {
   y: [...system.INITIAL],
   until: span[1],
 };
+// A state of two values is compared by what it moves: its own difference is 0 or 1.
 const scales = [
   ...[0, 1].flatMap((order) => data.coordinates.map((c) => c.scales[order])),
-  ...data.states.map(({ scale }) => scale),
+  ...data.states.map(({ scale, hasTwoValues }) => (hasTwoValues ? Infinity : scale)),
 ];
 
 /** Name, symbol and unit of each number of a state: coordinates, velocities, states of first order. */
@@ -46,7 +47,8 @@ function mathOf({ symbol, isRate }) {
 }
 
 /** A slider with a number beside it, which changes one value of the settings. */
-function slider(parent, { symbol, spoken, isRate, unit, description }, list, k, [low, high]) {
+function slider(parent, given, list, k, [low, high]) {
+  const { symbol, spoken, isRate, unit, description, hasTwoValues } = given;
   const row = document.createElement('div');
   row.className = 'slider';
   const [label, range, number, after] = ['label', 'input', 'input', 'span'].map(
@@ -57,7 +59,7 @@ function slider(parent, { symbol, spoken, isRate, unit, description }, list, k, 
   label.append(mathOf({ symbol, isRate }));
   label.title = description ?? '';
   after.textContent = unit ?? '';
-  Object.assign(range, { type: 'range', min: low, max: high, step: 'any' });
+  Object.assign(range, { type: 'range', min: low, max: high, step: hasTwoValues ? 1 : 'any' });
   Object.assign(number, { type: 'number', step: 'any' });
   number.setAttribute('aria-label', spoken ?? symbol);
   const show = () => {
@@ -67,7 +69,7 @@ function slider(parent, { symbol, spoken, isRate, unit, description }, list, k, 
   const take = (text) => {
     const value = Number(text);
     if (text === '' || !Number.isFinite(value)) return;
-    settings[list][k] = value;
+    settings[list][k] = hasTwoValues ? Number(value >= 0.5) : value;
     changed();
   };
   range.addEventListener('input', () => take(range.value));
@@ -84,8 +86,9 @@ function rangeOf(value, isPositive) {
   return value > 0 ? [0, 3 * value] : [3 * value, isPositive ? 0 : -3 * value];
 }
 
-function startRange({ isAngle }, k) {
+function startRange({ isAngle, hasTwoValues }, k) {
   const value = usual.y[k];
+  if (hasTwoValues) return [0, 1];
   if (isAngle && k < count) return [Math.min(-Math.PI, value), Math.max(Math.PI, value)];
   const reach = 2 * Math.max(Math.abs(value), scales[k]);
   return [-reach, reach];
@@ -115,7 +118,7 @@ function fromAddress() {
     const p = data.parameters.findIndex((parameter) => name === `p.${parameter.name}`);
     if (p >= 0) settings.p[p] = value;
     const y = numbers.findIndex((number) => name === `y.${number.name}`);
-    if (y >= 0) settings.y[y] = value;
+    if (y >= 0) settings.y[y] = numbers[y].hasTwoValues ? Number(value >= 0.5) : value;
   }
 }
 
