@@ -17,6 +17,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,9 +43,8 @@ method of Runge and Kutta of order 4, in CPU time, of emitted JavaScript and of 
 """
 
 
-def pages_in(folder: Path, cache: Cache) -> list[Path]:
-    """Write the pages of all scenes that have a start and no controller that samples them."""
-    files = []
+def pages_in(folder: Path, cache: Cache) -> Iterator[Path]:
+    """Write the page of each scene that has a start and no controller that samples it."""
     for scene in sorted((ROOT / "systems").glob("*/*.yaml")):
         if scene.parent.name == "refused":
             continue
@@ -52,9 +52,19 @@ def pages_in(folder: Path, cache: Cache) -> list[Path]:
         system = derivation.equations.system
         if system.initial is not None and not system.controllers:
             page = derivation.page(derivation.simulate(cache=cache))
-            files.append(folder / f"{scene.stem}.html")
-            files[-1].write_text(page, encoding="utf-8")
-    return files
+            file = folder / f"{scene.stem}.html"
+            file.write_text(page, encoding="utf-8")
+            yield file
+
+
+def driven_scenes(cache: Cache) -> Iterator[dict[str, Any]]:
+    """Yield what the driver finds on the page of each scene, noted on stderr as it comes."""
+    with tempfile.TemporaryDirectory() as folder:
+        for file in pages_in(Path(folder), cache):
+            (row,) = driven([file])
+            file.unlink()
+            print(json.dumps(row), file=sys.stderr, flush=True)
+            yield row
 
 
 #: Scenes of a hundred particles: a net in space, a chain with multipliers in the plane.
@@ -201,8 +211,7 @@ def main() -> int:
     if asked.frames:
         print(FRAMES_HEAD + "\n".join(frames_table(cache)))
         return 0
-    with tempfile.TemporaryDirectory() as folder:
-        rows = driven(pages_in(Path(folder), cache))
+    rows = [*driven_scenes(cache)]
     text = HEAD + "\n".join(table(rows)) + "\n"
     text += FRAMES_HEAD + "\n".join(frames_table(cache)) + "\n"
     print(text)
