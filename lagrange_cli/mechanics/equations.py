@@ -273,9 +273,9 @@ class Presentation:
     depiction: Depiction | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Equations:
-    """Certified equations of motion.
+    """Certified equations of motion, each its own: none equals another.
 
     Attributes
     ----------
