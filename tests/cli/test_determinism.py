@@ -61,7 +61,7 @@ def printed(seed: str, scenes: list[Path]) -> dict[bytes, bytes]:
 @pytest.mark.parametrize(
     "scenes",
     [
-        pytest.param([path for path in ALL if path.stem in SLICE], id="slice"),
+        pytest.param([path for path in ALL if path.stem in SLICE][::3], id="slice"),
         pytest.param(ALL, id="all", marks=pytest.mark.campaign),
     ],
 )

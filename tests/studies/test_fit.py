@@ -256,7 +256,7 @@ def test_a_motion_that_is_another(oscillator, measured) -> None:
 @pytest.mark.slow
 def test_contacts_by_differences(tmp_path) -> None:
     scene = "systems/contact/bouncing_ball.yaml"
-    motion = load(scene).derive().simulate(until=2, samples=81, accuracy=1e-10)
+    motion = load(scene).derive().simulate(until=1, samples=41, accuracy=1e-10)
     columns = noisy({"z": motion.columns["z"]}, {"z": 0.004})
     data = table(tmp_path / "data.csv", {"t": motion.t, **columns})
     found = load(scene, parameters={"e": 0.6}).derive().fit(data, ["e"])
