@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from sympy import Integer
 
+from lagrange_cli.mechanics.depiction import joint_components
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.system import CartesianName
 from lagrange_cli.notation.symbols import printable
-from lagrange_cli.pictures.sketch.configurations import joint_components
 from lagrange_cli.pictures.sketch.links import parts_of
 from lagrange_cli.pictures.sketch.outlines import FACTORS
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.depiction import BodyOutline
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.pictures.sketch.configurations import Configurations
-    from lagrange_cli.pictures.sketch.findings import Findings
+    from lagrange_cli.pictures.sketch.findings import Findings, Link
     from lagrange_cli.pictures.sketch.guides import Guide
     from lagrange_cli.pictures.sketch.links import Parts
     from lagrange_cli.pictures.sketch.view import View
@@ -45,29 +45,28 @@ _MOST_NAMED = 12
 def drawn_equations(equations: Equations) -> Equations:
     """Return equations whose emitted ``positions`` have also what rigid bodies are drawn by.
 
-    These are the places of their origins and the vectors that span their outlines, behind the
-    names of the scene.
+    These are the places of points that the scene does not name, as their origins, and the vectors
+    that span their outlines, behind the names of the scene.
     """
-    depiction = equations.presentation.depiction
-    if depiction is None or not depiction.bodies:
+    depiction, system = equations.presentation.depiction, equations.system
+    if depiction is None:
         return equations
-    names = [
+    drawn = depiction.completed(system.particles, {c.q: c.is_angle for c in system.coordinates})
+    added = drawn.points[len(depiction.points) :]
+    vectors = [(point.position, point.components) for point in added]
+    for body in depiction.bodies:
+        vectors += zip(body.spans, _span_names(body), strict=True)
+    names = (
         CartesianName(name, part, Integer(0))
-        for body in depiction.bodies
-        for vector, vector_names in [
-            (body.origin, joint_components(body.name)),
-            *zip(body.spans, _span_names(body), strict=True),
-        ]
+        for vector, vector_names in vectors
         for part, name in zip(vector, vector_names, strict=True)
-    ]
-    system = equations.system
+    )
     known = (*system.cartesian_names, *names)
     return replace(equations, system=replace(system, cartesian_names=known))
 
 
-def _span_names(body: BodyOutline) -> list[list[str]]:
-    count = range(len(body.spans))
-    return [[f"{axis} of span {k} of {body.name}" for axis in "xyz"] for k in count]
+def _span_names(body: BodyOutline) -> list[tuple[str, str, str]]:
+    return [joint_components(f"span {k} of {body.name}") for k in range(len(body.spans))]
 
 
 def stage_of(equations: Equations) -> dict[str, Any]:
@@ -84,7 +83,8 @@ def stage_of(equations: Equations) -> dict[str, Any]:
         ``bodies``: name, kind (``mass``, ``joint``, ``origin``) and ``at``, for each axis
         ``["position", k]``, ``["coordinate", k]`` or a number; for a pivot that no expression
         gives, ``about: [body, coordinate]``: it is halfway between the body and where half a turn
-        of the coordinate would take it. ``links``: kind and two bodies. ``outlines`` of rigid
+        of the coordinate would take it. ``links``: kind, two bodies, and the length of a rope that
+        may be slack: a number, or that of a parameter where ``isParameter``. ``outlines`` of rigid
         bodies: the body, its shape, the sources of its spans, and factors of these along lines.
         ``wheels``, ``curves``, ``view`` (rows of the projection, whether it is flat) and ``down``.
 
@@ -97,7 +97,7 @@ def stage_of(equations: Equations) -> dict[str, Any]:
     known, down = parts.known, parts.down
     return {
         "bodies": list(_bodies(known)),
-        "links": [{"kind": link.kind, "ends": list(link.ends)} for link in known.links],
+        "links": [_link(known, link) for link in known.links],
         "outlines": list(_outlines(parts)),
         "wheels": [_wheel(known.configurations, wheel) for wheel in parts.wheels],
         "curves": [_curve(known, guide) for guide in parts.curves],
@@ -127,6 +127,16 @@ def _sources(equations: Equations) -> dict[str, tuple[str, int]]:
     system = equations.system
     places = {c.name: ("coordinate", k) for k, c in enumerate(system.coordinates)}
     return places | {c.name: ("position", k) for k, c in enumerate(system.cartesian_names)}
+
+
+def _link(known: Findings, link: Link) -> dict[str, Any]:
+    shown: dict[str, Any] = {"kind": link.kind, "ends": list(link.ends)}
+    if link.length is not None:
+        sizes = [p.symbol for p in known.configurations.equations.system.parameters]
+        is_parameter = link.size in sizes
+        length = sizes.index(link.size) if is_parameter else link.length
+        shown |= {"length": length, "isParameter": is_parameter}
+    return shown
 
 
 def _pivot(known: Findings, number: int) -> dict[str, Any]:
@@ -181,10 +191,13 @@ def _curve(known: Findings, guide: Guide) -> dict[str, Any]:
 def _shaping(known: Findings, guide: Guide) -> list[int] | None:
     """Return the parameters of a curve; None where it moves with time."""
     equations = known.configurations.equations
-    particle = equations.system.particles[guide.particle]
-    stated = [r.expression for r in known.configurations.depiction.relations]
-    holding = [e for e in stated if any(s.name in particle.components for s in e.free_symbols)]
-    symbols = set().union(*(e.free_symbols for e in (*holding, *particle.position)))
+    depiction = known.configurations.depiction
+    components = known.configurations.components[guide.particle]
+    stated = [r.expression for r in depiction.relations]
+    holding = [e for e in stated if any(s.name in components for s in e.free_symbols)]
+    positions = [p.position for p in equations.system.particles]
+    positions += [point.position for point in depiction.points]
+    symbols = set().union(*(e.free_symbols for e in (*holding, *positions[guide.particle])))
     if equations.system.t in symbols:
         return None
     return [k for k, p in enumerate(equations.system.parameters) if p.symbol in symbols]

@@ -19,7 +19,7 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.files import ending_of, write_file
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.pictures.figures import new_figure
-from lagrange_cli.pictures.sketch.displaced import DisplacedSketch, RestingSketch
+from lagrange_cli.pictures.sketch.displaced import BODY, DisplacedSketch, RestingSketch
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label
 
@@ -53,8 +53,11 @@ WIDTHS: Mapping[StrokeKind, float] = {
     "damper": 0.9,
 }
 OTHER_WIDTH = 0.8
-#: Radius of a body in centimetres.
-BODY = 0.1
+
+#: Least part of its width that a line has beside small particles.
+_THINNEST = 0.6
+#: Part of its size to which a line may shrink between two frames of an SVG: it turns by 0.9 rad.
+_SHRUNK = 0.9
 
 #: Frames a second of a film, and its most frames.
 _RATE, _MOST_FRAMES = 25, 500
@@ -98,6 +101,11 @@ class MovingPanel:
         shift = -_BESIDE * np.eye(2)[across]
         strokes = tuple((kind, line + shift) for kind, line in drawn.strokes)
         return type(drawn)(strokes, drawn.bodies + shift)
+
+    @property
+    def thinness(self) -> float:
+        """Return by how much lines are thinner beside particles that are smaller than usual."""
+        return max(_THINNEST, self.sketch.radius / BODY)
 
     def backdrop(self) -> list[tuple[DrawnConfiguration, str]]:
         """Return what does not move, with its colours."""
@@ -283,13 +291,14 @@ class _MovingLines:
         self._moving = self._lines(panel.shown(0), DARK)
 
     def _lines(self, drawn: DrawnConfiguration, colour: str) -> list[Line2D]:
-        style: dict[str, Any] = {"color": colour, "solid_capstyle": "round"}
+        style: dict[str, Any] = {"solid_capstyle": "round"}
         lines = []
         for kind, places in drawn.strokes:
             dash = "--" if kind == "radius" else "-"
-            width = WIDTHS.get(kind, OTHER_WIDTH)
-            lines += self._axes.plot(*places.T, linewidth=width, linestyle=dash, **style)
-        size = 2 * BODY * 72 / _INCH
+            width = self._panel.thinness * WIDTHS.get(kind, OTHER_WIDTH)
+            style |= {"color": _colour(kind, colour), "linestyle": dash}
+            lines += self._axes.plot(*places.T, linewidth=width, **style)
+        size = 2 * self._panel.sketch.radius * 72 / _INCH
         lines += self._axes.plot(*drawn.bodies.T, "o", markersize=size, color=colour)
         return lines
 
@@ -343,35 +352,56 @@ def _svg_panel(panel: MovingPanel, origin: Array, corner: Array, seconds: float)
         placed: Array = origin + _PIXELS * (line - corner) * np.array([1.0, -1.0])
         return placed
 
-    radius = _PIXELS * BODY
+    radius = _PIXELS * panel.sketch.radius
     for drawn, colour in panel.backdrop():
         for kind, line in drawn.strokes:
-            yield f'<polyline {_style(kind, colour)} points="{_points(at(line))}"/>'
+            style = _style(kind, colour, panel.thinness)
+            yield f'<polyline {style} points="{_points(at(line))}"/>'
         for x, y in at(drawn.bodies):
             yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}" fill="{colour}"/>'
     frames = [panel.shown(k) for k in (*range(len(panel.sketch.moved)), 0)]
+    mode = "discrete" if _turns_far(frames[:-1]) else "linear"
     for number, (kind, line) in enumerate(frames[0].strokes):
         each = [_points(at(frame.strokes[number][1])) for frame in frames]
-        yield f'<polyline {_style(kind, DARK)} points="{_points(at(line))}">'
-        yield f"{_animate('points', each, seconds)}</polyline>"
+        style = _style(kind, DARK, panel.thinness)
+        yield f'<polyline {style} points="{_points(at(line))}">'
+        yield f"{_animate('points', each, seconds, mode)}</polyline>"
     bodies = np.array([at(frame.bodies) for frame in frames])
     for x, y in bodies.transpose(1, 2, 0):
         yield f'<circle cx="{x[0]:.2f}" cy="{y[0]:.2f}" r="{radius:.2f}" fill="{DARK}">'
         for name, values in (("cx", x), ("cy", y)):
-            yield _animate(name, [f"{value:.2f}" for value in values], seconds)
+            yield _animate(name, [f"{value:.2f}" for value in values], seconds, mode)
         yield "</circle>"
 
 
-def _style(kind: StrokeKind, colour: str) -> str:
+def _colour(kind: StrokeKind, colour: str) -> str:
+    """Return the colour of a line; the ground is grey where it moves past what is followed."""
+    return STILL if kind == "ground" and colour == DARK else colour
+
+
+def _style(kind: StrokeKind, colour: str, thinness: float) -> str:
     dashes = ' stroke-dasharray="5 3"' if kind == "radius" else ""
-    return f'stroke="{colour}" stroke-width="{WIDTHS.get(kind, OTHER_WIDTH)}"{dashes}'
+    width = thinness * WIDTHS.get(kind, OTHER_WIDTH)
+    return f'stroke="{_colour(kind, colour)}" stroke-width="{width:.3g}"{dashes}'
 
 
-def _animate(name: str, values: Sequence[str], seconds: float) -> str:
+def _animate(name: str, values: Sequence[str], seconds: float, mode: str) -> str:
     return (
         f'<animate attributeName="{name}" dur="{seconds:g}s" repeatCount="indefinite"'
-        f' values="{";".join(values)}"/>'
+        f' calcMode="{mode}" values="{";".join(values)}"/>'
     )
+
+
+def _turns_far(frames: Sequence[DrawnConfiguration]) -> bool:
+    """Tell whether something turns so far from frame to frame that it would shrink between them."""
+    for number in range(len(frames[0].strokes)):
+        lines = np.array([frame.strokes[number][1] for frame in frames])
+        lines = lines - lines.mean(axis=1, keepdims=True)
+        between = (lines[1:] + lines[:-1]) / 2
+        sizes, least = (np.linalg.norm(x, axis=(1, 2)) for x in (lines, between))
+        if (least < _SHRUNK * np.minimum(sizes[1:], sizes[:-1])).any():
+            return True
+    return False
 
 
 def _points(line: Array) -> str:

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from lagrange_cli import load
+from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
 from lagrange_cli.pictures.moving import animated, motion_pictures
 from lagrange_cli.pictures.sketch.displaced import RestingSketch
@@ -19,6 +19,29 @@ from tests.cli.terminal import lagrange, succeed
 from tests.systems.shipped import SYSTEMS
 
 PENDULUM = str(SYSTEMS / "pendulums" / "pendulum.yaml")
+
+
+#: Two particles beside each other, and one apart.
+ROW = """
+name: row
+parameters: {m: 1}
+particles:
+  a: {mass: m, position: [x, 0, 0]}
+  b: {mass: m, position: [x + APART, 0, 0]}
+  c: {mass: m, position: [x, 0, 1]}
+coordinates: [x]
+initial: {x: 0}
+"""
+
+#: A rod that turns evenly.
+ROTOR = """
+name: rotor
+parameters: {m: 1, l: 1}
+particles: {bob: {mass: m, position: [l*cos(phi), l*sin(phi), 0]}}
+coordinates: [phi]
+initial: {phi: 0, dot(phi): RATE}
+simulate: {until: 2}
+"""
 
 
 @pytest.fixture(scope="module")
@@ -45,16 +68,55 @@ def test_frames_show_the_motion(swing):
 
 def test_curves_go_as_far_as_the_motion():
     """The floor lies below the whole path of the ball, the slope below that of the wheel."""
-    for place, kind in (
-        ("contact/bouncing_ball", "curve"),
-        ("rolling/wheel_down_incline", "ground"),
+    for place, kind, until in (
+        ("contact/bouncing_ball", "curve", None),
+        ("rolling/wheel_down_incline", "ground", 1.5),
     ):
         derivation = load(SYSTEMS / f"{place}.yaml").derive()
-        (panel,) = motion_pictures(derivation.equations, [("", derivation.simulate())]).panels
+        motions = [("", derivation.simulate(until=until))]
+        (panel,) = motion_pictures(derivation.equations, motions).panels
         x = np.concatenate([drawn.bodies[:, 0] for drawn in panel.sketch.moved])
         lines = np.concatenate([line[:, 0] for k, line in panel.sketch.still if k == kind])
         assert lines.min() <= x.min()
         assert lines.max() >= x.max()
+
+
+def test_a_system_that_goes_far_is_followed():
+    """The wheel is in the middle, marks of the slope go by as fast as its rim turns."""
+    derivation = load(SYSTEMS / "rolling/wheel_down_incline.yaml").derive()
+    trajectory = derivation.simulate()
+    (panel,) = motion_pictures(derivation.equations, [("", trajectory)]).panels
+    moved = panel.sketch.moved
+    spokes = np.array([dict(drawn.strokes)["wheel"] for drawn in moved])
+    assert np.ptp(spokes[:, 0], axis=0).max() < 1e-9
+    radius = np.linalg.norm(spokes[0, 1] - spokes[0, 0])
+    travelled = np.interp(0.04 * np.arange(len(moved)), trajectory.t, trajectory.columns["s"])
+    first, *_, last = rows = _marks(moved[0])
+    apart = np.linalg.norm(last - first) / 6
+    along = (last - first) / (6 * apart)
+    for drawn, way in zip(moved, travelled / 0.5 * radius, strict=True):
+        marks_gone = ((_marks(drawn)[0] - rows[0]) @ along + way) / apart
+        assert abs(marks_gone - round(marks_gone)) < 5e-3
+
+
+def _marks(drawn):
+    """Middles of the marks of a floor, whose line comes first."""
+    return [line.mean(axis=0) for kind, line in drawn.strokes if kind == "ground"][1:]
+
+
+def test_particles_that_are_close_are_drawn_small():
+    for apart, least, most in ((0.5, 0.1, 0.1), (0.1, 0.05, 0.09), (1e-3, 0.035, 0.035)):
+        equations = loads(ROW.replace("APART", str(apart))).derive().equations
+        radius = RestingSketch(equations, np.zeros(1)).displaced([]).radius
+        assert least <= radius <= most
+
+
+def test_lines_that_turn_far_between_frames_jump():
+    """A rotor of 20 turns a second would shrink where its places are interpolated."""
+    for rate, mode in ((2, "linear"), (125, "discrete")):
+        derivation = loads(ROTOR.replace("RATE", str(rate))).derive()
+        pictures = motion_pictures(derivation.equations, [("", derivation.simulate())])
+        assert f'calcMode="{mode}"' in animated(pictures, "svg").decode()
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(None, 2.0), (4.0, 0.5), (0.1, 20.0)])
@@ -147,8 +209,10 @@ def test_a_disk_on_a_plane_turns_with_its_heading():
     turn, radius = 0.7 * times, 1.5 / 0.7
     q = np.stack([radius * np.sin(turn), radius * (1 - np.cos(turn)), turn, 3 * times], axis=1)
     drawn = RestingSketch(equations, q[0]).followed(q, times)
+    # Aslant from above: y to the right, x towards the viewer.
+    shown = np.array([[-0.38, 1.0], [-0.30, 0.0]])
     for number in (10, 25, 40):
         rim = next(line for kind, line in drawn.moved[number].strokes if kind == "wheel")
-        across = rim[np.linalg.norm(rim - rim[0], axis=1).argmax()] - rim[0]
-        direction = np.arctan2(across[1], across[0])
-        assert np.sin(direction - turn[number]) == pytest.approx(0, abs=1e-9)
+        ahead = shown @ np.array([np.cos(turn[number]), np.sin(turn[number])])
+        x, y = rim[len(rim) // 4] - rim[3 * (len(rim) // 4)]
+        assert x * ahead[1] - y * ahead[0] == pytest.approx(0, abs=1e-9)

@@ -171,10 +171,53 @@ def test_a_helix_is_the_line_of_two_equations():
     assert np.ptp(z) > 1
 
 
+def bowl():
+    """A particle within an ellipse."""
+    return loads(
+        "name: bowl\nparameters: {m: 1, a: 1}\nplane: xz\n"
+        "particles: {p: {mass: m, position: [x, y, z]}}\n"
+        "constraints: {wall: x^2/2 + z^2 <= a^2}\ninitial: {x: 0, z: -a}\n"
+    ).derive().equations  # fmt: skip
+
+
+def test_a_distance_that_is_at_most_a_length_is_a_rope():
+    """It ends at the centre of its circle, and its length is that of the scene."""
+    known = findings(configurations(derived("slack_rope")))
+    (rope,) = known.links
+    assert (rope.kind, str(rope.size), rope.length) == ("rope", "l", pytest.approx(1.0))
+    assert np.abs(known.places[:, rope.ends[0]]).max() < 1e-9
+    assert not strokes(sketch_of(derived("slack_rope")), "curve")
+
+
+def test_a_rope_between_two_particles_is_drawn():
+    text = (
+        "name: pair\nparameters: {m: 1, l: 2}\nplane: xy\n"
+        "particles:\n  a: {mass: m, position: [x1, y1, z1]}\n"
+        "  b: {mass: m, position: [x2, y2, z2]}\n"
+        "constraints: {rope: 'norm(x2 - x1, y2 - y1) <= l'}\n"
+        "initial: {x1: 0, y1: 0, x2: 1, y2: 0}\n"
+    )
+    known = findings(configurations(loads(text).derive().equations))
+    (rope,) = known.links
+    assert (rope.kind, rope.ends, rope.length) == ("rope", (0, 1), pytest.approx(2.0))
+    assert known.slack(rope, 0) == pytest.approx(math.sqrt(3))
+
+
+def test_points_by_which_a_turning_body_touches_are_at_its_ends():
+    known = findings(configurations(derived("dropped_rod")))
+    places = dict(zip(known.names, known.places[0], strict=False))
+    middle, arm = np.array([0, 0, 0.5]), 0.5 * np.array([math.cos(0.1), 0, math.sin(0.1)])
+    np.testing.assert_allclose(places["right"], middle + arm, atol=1e-12)
+    np.testing.assert_allclose(places["left"], middle - arm, atol=1e-12)
+    assert [link.kind for link in known.links] == ["rod", "rod"]
+    (floor,) = strokes(sketch_of(derived("dropped_rod")), "curve")
+    assert len({y for _, y in floor.points}) == 1
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "outwards"), [("particle_leaving_sphere", -1), ("slack_rope", 1)])
-def test_boundaries_are_hatched_where_the_particle_cannot_be(name, outwards):
-    sketch = sketch_of(derived(name))
+@pytest.mark.parametrize("outwards", [-1, 1])
+def test_boundaries_are_hatched_where_the_particle_cannot_be(outwards):
+    sketch = sketch_of(derived("particle_leaving_sphere") if outwards < 0 else bowl())
     (circle,) = strokes(sketch, "curve")
     centre = np.mean(circle.points, axis=0)
     ticks = strokes(sketch, "hatch")

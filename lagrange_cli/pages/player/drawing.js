@@ -232,8 +232,8 @@ function isAlike(part, other) {
     && part.width === other.width && part.radius === other.radius && !part.dash && !other.dash;
 }
 
-/** Lines of a link between two pixels. */
-function linkLines(kind, [x0, y0], [x1, y1], turns) {
+/** Lines of a link between two pixels; `slack` is √(l² − d²) of a rope that is not taut. */
+function linkLines(kind, [x0, y0], [x1, y1], turns, slack) {
   const length = Math.hypot(x1 - x0, y1 - y0);
   const along = length ? [(x1 - x0) / length, (y1 - y0) / length] : [1, 0];
   const at = (part, side) => [
@@ -253,7 +253,22 @@ function linkLines(kind, [x0, y0], [x1, y1], turns) {
       [at(0.55, 0), at(1, 0)],
     ];
   }
+  if (slack > 0) {
+    // A parabola below the chord, with the sag of a rope nearly taut.
+    return [Array.from({ length: 25 }, (_, k) => {
+      const [x, y] = at(k / 24, 0);
+      return [x, y + 0.433 * slack * 4 * (k / 24) * (1 - k / 24)];
+    })];
+  }
   return [[at(0, 0), at(1, 0)]];
+}
+
+/** √(l² − d²) of a rope, in pixels; 0 where it is taut, and of other links. */
+function slackOf({ length, isParameter, ends: [a, b] }, { places, p }, camera) {
+  if (length === undefined) return 0;
+  const whole = (isParameter ? p[length] : length) ** 2;
+  const missing = whole - places[a].reduce((sum, x, i) => sum + (x - places[b][i]) ** 2, 0);
+  return missing > 1e-6 * whole ? camera.scale * Math.sqrt(missing) : 0;
 }
 
 const WIDTHS = { rod: 2.5, wheel: 1.5, body: 1.2 };
@@ -304,7 +319,7 @@ function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
   const depths = places.map((place) => camera.depth(place));
   const ink = colours.of(colour === 'mass' ? 'ink' : colour);
   const parts = [
-    ...linkParts(stage, pixels, depths, ink),
+    ...linkParts(stage, scene, pixels, camera, ink),
     ...shapeParts(stage, scene, camera, depths, ink),
     ...bodyParts(stage, pixels, depths, ink, colours.of(colour)),
   ];
@@ -333,14 +348,18 @@ function drawNames(painter, bodies, pixels, colour) {
   });
 }
 
-function linkParts(stage, pixels, depths, colour) {
-  return stage.stage.links.map(({ kind, ends: [a, b] }, k) => ({
-    depth: (depths[a] + depths[b]) / 2,
-    lines: linkLines(kind, pixels[a], pixels[b], stage.turns?.[k]),
-    colour,
-    width: WIDTHS[kind] ?? 1.2,
-    dash: kind === 'radius' ? [4, 4] : undefined,
-  }));
+function linkParts(stage, scene, pixels, camera, colour) {
+  const depths = scene.places.map((place) => camera.depth(place));
+  return stage.stage.links.map((link, k) => {
+    const { kind, ends: [a, b] } = link;
+    return {
+      depth: (depths[a] + depths[b]) / 2,
+      lines: linkLines(kind, pixels[a], pixels[b], stage.turns?.[k], slackOf(link, scene, camera)),
+      colour,
+      width: WIDTHS[kind] ?? 1.2,
+      dash: kind === 'radius' ? [4, 4] : undefined,
+    };
+  });
 }
 
 /** Wheels and the outlines of rigid bodies. */

@@ -17,7 +17,6 @@ from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.pictures.drawing import picture_of
 from lagrange_cli.pictures.moving import (
-    BODY,
     DARK,
     IN_A_ROW,
     OTHER_WIDTH,
@@ -35,7 +34,7 @@ from lagrange_cli.pictures.picture import (
     equation,
     frequency_unit,
 )
-from lagrange_cli.pictures.sketch.displaced import RestingSketch
+from lagrange_cli.pictures.sketch.displaced import BODY, RestingSketch
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.model.labels import Label, Labels, labels_of
 

@@ -253,6 +253,9 @@ class _Drawing:
             return [shapes.spring(start, end)]
         if len(self.known.links) <= _MOST_COILS and link.kind == "damper":
             return shapes.damper(start, end)
+        slack = self.scale * self.known.slack(link, 0)
+        if slack > 0:
+            return [shapes.rope(start, end, slack)]
         return [np.array([start, end])]
 
     def _draw_angles(self) -> None:
@@ -292,11 +295,13 @@ class _Drawing:
         particles = known.configurations.particles
         radius = 0.09 if particles <= _MOST_LABELS else 0.06 if particles <= 60 else 0.035
         ends = {end for link in known.links for end in link.ends}
-        held_ends = {end for k in known.links if k.kind not in ("radius", "rope") for end in k.ends}
+        held_ends = {end for k in known.links if k.has_support for end in k.ends}
         supports = [k for k in range(particles, len(known.names)) if known.is_fixed(k)]
         for number in range(particles, len(known.names)):
             at = self.body(number)
-            guided = any(k.kind == "rope" and number in k.ends for k in known.links)
+            guided = number not in held_ends and any(
+                k.kind == "rope" and number in k.ends for k in known.links
+            )
             if number not in supports or guided:
                 self._dot("joint", at, 0.06, known.names[number])
             elif number in held_ends:

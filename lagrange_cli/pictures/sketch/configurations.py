@@ -284,23 +284,9 @@ def _depiction(equations: Equations) -> Depiction:
         why = "this scene has no particles and no points: nothing says where anything is"
         raise _refusal(why, hint)
     known = tuple(p for p in depiction.potentials if not unknown_names(p[1]))
-    points = (*depiction.points, *_joints(equations, depiction))
-    return replace(depiction, potentials=known, points=points)
-
-
-def _joints(equations: Equations, depiction: Depiction) -> Iterator[PlacedPoint]:
-    """Yield points without a name at the origins of bodies, where nothing else is."""
-    taken = {particle.position for particle in equations.system.particles}
-    taken |= {point.position for point in depiction.points}
-    for body in depiction.bodies:
-        if body.origin not in taken:
-            taken.add(body.origin)
-            yield PlacedPoint("", joint_components(body.name), body.origin)
-
-
-def joint_components(body: str) -> tuple[str, str, str]:
-    """Return names of the place of a body's origin, which no scene can have."""
-    return f"x of {body}", f"y of {body}", f"z of {body}"
+    system = equations.system
+    angles = {c.q: c.is_angle for c in system.coordinates}
+    return replace(depiction, potentials=known).completed(system.particles, angles)
 
 
 def _placing(equations: Equations, depiction: Depiction) -> Iterator[Expr]:

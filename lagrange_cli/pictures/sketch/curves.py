@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Relations: TypeAlias = "Callable[[Array], tuple[Array, Array]]"
 
 #: Steps across the bodies of a picture, and steps of one curve.
-_STEPS_ACROSS, _MOST_STEPS = 40, 700
+STEPS_ACROSS, _MOST_STEPS = 40, 700
 #: Points of the path of an angle.
 _AROUND = 96
 #: Largest residual of a point of a curve, as a distance relative to the size.
@@ -92,7 +92,8 @@ def restraints(
         if not all(name in known for name in names) or bodies in rods:
             continue
         particle = _restrained(configurations, names, owners, axes)
-        if particle is not None:
+        # A boundary may hold a point of a body, too.
+        if particle is not None and (particle < configurations.particles or relation.one_sided):
             at = _held(configurations, relation, particle)
             restraints.append(Restraint(relation, particle, at))
     return restraints
@@ -104,7 +105,7 @@ def _restrained(
     owners: dict[str, list[tuple[int, int]]],
     axes: Sequence[int],
 ) -> int | None:
-    """The particle that a constraint over these names acts on, None if that is none alone."""
+    """The body that a constraint over these names acts on, None if that is none alone."""
     others = {c.name for c in configurations.equations.system.coordinates} - owners.keys()
     if not others.isdisjoint(names):
         return None
@@ -117,7 +118,7 @@ def _restrained(
                 held_points.setdefault(body, 1)
     least = 2 if len(held_points) > 1 else 1
     bodies = [body for body, count in held_points.items() if count >= least]
-    return bodies[0] if len(bodies) == 1 and bodies[0] < configurations.particles else None
+    return bodies[0] if len(bodies) == 1 else None
 
 
 def _held(configurations: Configurations, relation: StatedRelation, particle: int) -> Relations:
@@ -197,7 +198,7 @@ def _followed(
     relations: Relations, start: Array, tangent: Array, window: tuple[Array, Array], size: float
 ) -> tuple[list[Array], bool]:
     """Follow a curve one way: its points, and whether it has come back to its start."""
-    step = size / _STEPS_ACROSS
+    step = size / STEPS_ACROSS
     points: list[Array] = []
     place = start
     for number in range(_MOST_STEPS):
@@ -249,7 +250,7 @@ def path(
         back = np.abs(points[-1] - start).max() <= _ON_CURVE * configurations.size
         if back and (points >= far[0]).all() and (points <= far[1]).all():
             return Curve(points, closed=True)
-    step = configurations.size / _STEPS_ACROSS
+    step = configurations.size / STEPS_ACROSS
     sides = [_led(configurations, number, particle, sign, near, step) for sign in (-1, 1)]
     points = np.array([*reversed(sides[0]), start, *sides[1]])
     return Curve(points) if len(points) > 2 else None

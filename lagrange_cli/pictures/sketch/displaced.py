@@ -1,7 +1,8 @@
 """Lines and bodies of a sketch at other configurations than the start: shapes of modes.
 
 Links are found once, at all configurations that are drawn, and then drawn at each of them; curves
-that hold particles stay where they are.
+that hold particles stay where they are. A system that goes much farther than it is large is
+followed: marks on its floor show that it moves.
 """
 
 from __future__ import annotations
@@ -39,6 +40,19 @@ _MOST_COILS = 40
 #: Angles of a rim.
 _ROUND = np.linspace(0, 2 * np.pi, 49)
 
+#: How many times its size a system may go in a film that does not follow it (as on pages).
+_FAR = 8
+
+#: Marks of a floor along and across it from the one nearest to the system, and their distance and
+#: length over the size of the system.
+_MARKS, _APART, _MARK = (3, 1), 0.4, 0.1
+
+#: Part of the size of a system by which its lowest place may change on a floor.
+_LEVEL = 0.02
+
+#: Radii of particles in centimetres, and their part of the distance of neighbours.
+_LEAST_BODY, BODY, _OF_DISTANCE = 0.035, 0.1, 0.15
+
 
 @dataclass(frozen=True)
 class DrawnConfiguration:
@@ -70,12 +84,15 @@ class DisplacedSketch:
         One for each configuration that was asked for.
     is_line
         True if everything is and stays on one line.
+    radius
+        That of a particle, in centimetres: the closer particles are, the smaller.
     """
 
     at_rest: DrawnConfiguration
     still: tuple[tuple[StrokeKind, Array], ...]
     moved: tuple[DrawnConfiguration, ...]
     is_line: bool
+    radius: float = BODY
 
 
 class RestingSketch:
@@ -101,7 +118,8 @@ class RestingSketch:
         down = gravity(known.configurations)
         self._wheels = find_wheels(known.configurations, down)
         self._outlines = Outlines(known.configurations)
-        self._view = view_of(known.configurations, down, *self._outlines.shown())
+        rims = [wheel.rim(known.places[0, wheel.particle], _ROUND) for wheel in self._wheels]
+        self._view = view_of(known.configurations, down, *rims, *self._outlines.shown())
         self._guides = guides(known, self._view, frame_of(known))
 
     def _with(self, shown: Sequence[Array], times: Sequence[float]) -> Configurations:
@@ -148,7 +166,9 @@ class RestingSketch:
         drawing = _Drawing(known, self._view, self._wheels, self._outlines, count, fitted)
         states = [drawing.at_configuration(k) for k in range(count)]
         still = drawing.still(curves)
-        return DisplacedSketch(states[0], still, tuple(states[1:]), drawing.is_line)
+        return DisplacedSketch(
+            states[0], still, tuple(states[1:]), drawing.is_line, drawing.radius()
+        )
 
     @property
     def shortest_link(self) -> float:
@@ -186,19 +206,43 @@ class _Drawing:
         self._rolling = {wheel.particle for wheel in wheels}
         self._outlines = outlines
         flat = view.project(known.places[:count])
-        drawn = [view.project(line) for k in range(fitted) for _, line in self._shapes(k)]
-        place = np.concatenate([flat[:fitted].reshape(-1, 2), *drawn])
-        extent = float(np.ptp(place, axis=0).max())
-        self.middle = (place.min(axis=0) + place.max(axis=0)) / 2
-        self.scale = _EXTENT / (extent or frame_of(known).size)
+        seen = [view.project(self._reach(k)) for k in range(fitted)]
+        low, high = (np.array([f(places, axis=0) for places in seen]) for f in (np.min, np.max))
+        extent = float((high.max(axis=0) - low.min(axis=0)).max())
+        self._size = float((high - low).max())
+        self._is_following = extent > _FAR * self._size > 0
+        self.middles = (low + high) / 2
+        if not self._is_following:
+            self.middles = np.tile((low.min(axis=0) + high.max(axis=0)) / 2, (count, 1))
+        self.scale = _EXTENT / (
+            2 * self._size if self._is_following else extent or frame_of(known).size
+        )
         spread = np.ptp(flat.reshape(-1, 2), axis=0) * self.scale
         self.is_line = bool(spread.min() < 1e-6) and not wheels and not outlines.bodies
         self.turns = [self._turns(link) for link in known.links]
+        self._floor = self._floor_below() if self._is_following else None
 
-    def at(self, places: Array) -> Array:
-        """Return places of space in centimetres."""
-        placed: Array = (self.view.project(places) - self.middle) * self.scale
+    def _reach(self, number: int) -> Array:
+        """Return places that a picture of a configuration has to hold, shape (P, 3)."""
+        places = self.known.places[number]
+        rims = (wheel.rim(places[wheel.particle], _ROUND) for wheel in self.wheels)
+        lines = (line for _, line in self._shapes(number))
+        return np.concatenate([places, *rims, *lines])
+
+    def at(self, places: Array, number: int = 0) -> Array:
+        """Return places of space in centimetres of the picture of a configuration."""
+        placed: Array = (self.view.project(places) - self.middles[number]) * self.scale
         return placed
+
+    def radius(self) -> float:
+        """Return the radius of particles at rest, which leaves neighbours apart."""
+        places = self.known.places[0, : self.known.configurations.particles]
+        if len(places) < 2:
+            return BODY
+        across = np.linalg.norm(places[:, None] - places[None], axis=2)
+        np.fill_diagonal(across, np.inf)
+        near = self.scale * float(np.median(across.min(axis=0)))
+        return float(np.clip(_OF_DISTANCE * near, _LEAST_BODY, BODY)) if near > 0 else BODY
 
     def _turns(self, link: Link) -> int | None:
         """Return the number of coils of a spring at rest; None of other links."""
@@ -209,12 +253,17 @@ class _Drawing:
 
     def at_configuration(self, number: int) -> DrawnConfiguration:
         """Draw the links and bodies of one configuration."""
-        places = self.at(self.known.places[number])
+        places = self.at(self.known.places[number], number)
         strokes: list[tuple[StrokeKind, Array]] = []
+        strokes += [("ground", self.at(mark, number)) for mark in self._marks(number)]
         for link, turns in zip(self.known.links, self.turns, strict=True):
             start, end = places[link.ends[0]], places[link.ends[1]]
+            if link.length is not None:
+                slack = self.scale * self.known.slack(link, number)
+                strokes.append((link.kind, shapes.rope(start, end, slack)))
+                continue
             strokes += [(link.kind, line) for line in self._lines(link, turns, start, end)]
-        strokes += [(kind, self.at(line)) for kind, line in self._shapes(number)]
+        strokes += [(kind, self.at(line, number)) for kind, line in self._shapes(number)]
         for wheel in self.wheels:
             strokes += self._rim(wheel, number)
         return DrawnConfiguration(tuple(strokes), places[: self.known.configurations.particles])
@@ -240,10 +289,11 @@ class _Drawing:
         centre = self.known.places[number, wheel.particle]
         angles = self._angles(wheel)
         if angles is None:
-            return [("wheel", self.at(wheel.rim(centre, _ROUND)))]
+            return [("wheel", self.at(wheel.rim(centre, _ROUND), number))]
         headed = self._headed(wheel, angles, number)
         spoke = np.stack([centre, *headed.rim(centre, angles[number : number + 1])])
-        return [("wheel", self.at(headed.rim(centre, _ROUND))), ("wheel", self.at(spoke))]
+        lines = (headed.rim(centre, _ROUND), spoke)
+        return [("wheel", self.at(line, number)) for line in lines]
 
     def _angles(self, wheel: Wheel) -> Array | None:
         """Return the angle of a wheel at all configurations, None if it is no coordinate."""
@@ -269,9 +319,11 @@ class _Drawing:
 
     def still(self, curves: Sequence[Guide]) -> tuple[tuple[StrokeKind, Array], ...]:
         """Draw the ground of fixed pivots, and curves of constraints on single particles."""
+        if self._is_following:
+            return ()
         known = self.known
         strokes: list[tuple[StrokeKind, Array]] = []
-        ends = {end for k in known.links if k.kind not in ("radius", "rope") for end in k.ends}
+        ends = {end for k in known.links if k.has_support for end in k.ends}
         for body in sorted(ends):
             if body >= known.configurations.particles and known.is_fixed(body):
                 at = self.at(known.places[0, body])
@@ -296,6 +348,42 @@ class _Drawing:
         ways = gone @ wheel.towards
         first, last = wheel.ground
         return np.array([first + ways.min() * wheel.towards, last + ways.max() * wheel.towards])
+
+    def _floor_below(self) -> Array:
+        """Return a place of the floor of a system that is followed, and two directions along it.
+
+        The floor is below a wheel, or level where the lowest place is in all configurations; else
+        it is the plane of the picture. Shape (3, 3).
+        """
+        right, up = self.view.matrix
+        wheel = next((w for w in self.wheels if w.ground is not None), None)
+        if wheel is not None:
+            contact = self.known.places[0, wheel.particle] - wheel.radius * wheel.normal
+            return np.array([contact, wheel.towards, np.cross(wheel.normal, wheel.towards)])
+        upright = up * (np.abs(right) < 1e-12)
+        lowest = [float((self._reach(k) @ upright).min()) for k in range(self.count)]
+        right = right * (np.abs(up) < 1e-12)
+        if np.ptp(lowest) > _LEVEL * self._size:
+            return np.array([self.known.places[0, 0], right, up / np.linalg.norm(up)])
+        return np.array([lowest[0] * upright, right, np.cross(upright, right)])
+
+    def _marks(self, number: int) -> Iterator[Array]:
+        """Yield the floor near the system in a configuration: its line, and marks on it."""
+        if self._floor is None:
+            return
+        place, *ways = self._floor
+        apart = _APART * self._size
+        off = self.known.places[number, 0] - place
+        near = [round(float(off @ way) / apart) for way in ways]
+        half = _MARK * self._size / 2 * ways[0]
+        if any(wheel.ground is not None for wheel in self.wheels):
+            below = place + (off @ ways[0]) * ways[0]
+            yield np.array([below - self._size * ways[0], below + self._size * ways[0]])
+        for along in range(-_MARKS[0], _MARKS[0] + 1):
+            for across in range(-_MARKS[1], _MARKS[1] + 1):
+                numbers = near[0] + along, near[1] + across
+                mark = place + apart * sum(k * way for k, way in zip(numbers, ways, strict=True))
+                yield np.array([mark - half, mark + half])
 
     def _hangs(self, body: int) -> bool:
         """Tell whether what a pivot holds is below it."""

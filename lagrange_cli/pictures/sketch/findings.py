@@ -35,12 +35,23 @@ class Link:
         The symbol that the scene has for its length, stiffness or coefficient; None if it has none.
     stated
         True if an entry of the scene is about these two bodies.
+    length
+        Length of a rope that may be slack; None of other links.
+    constraint
+        Name of the inequality that a rope is; empty for other links.
     """
 
     kind: Literal["rod", "radius", "rope", "spring", "damper"]
     ends: tuple[int, int]
     size: Expr | None = None
     stated: bool = False
+    length: float | None = None
+    constraint: str = ""
+
+    @property
+    def has_support(self) -> bool:
+        """True if a fixed place at one of its ends is a support."""
+        return self.kind not in ("radius", "rope") or self.length is not None
 
 
 @dataclass(frozen=True)
@@ -121,6 +132,17 @@ class Findings:
         """Return the distance of two bodies in each configuration."""
         across: Array = np.linalg.norm(self.places[:, b] - self.places[:, a], axis=1)
         return across
+
+    def slack(self, link: Link, number: int) -> float:
+        """Return √(l² − d²) of a rope in a configuration; 0 where it is taut, and of other links.
+
+        Configurations near the start may be beyond its length.
+        """
+        if link.length is None:
+            return 0.0
+        distance = float(self.distances(*link.ends)[number])
+        missing = link.length**2 - distance**2
+        return float(np.sqrt(missing)) if missing > MOVES * link.length**2 else 0.0
 
     def constant(self, a: int, b: int) -> bool:
         """Tell whether two bodies keep their distance, which is not zero."""

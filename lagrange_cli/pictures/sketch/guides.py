@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.pictures.sketch.curves import (
+    STEPS_ACROSS,
     Curve,
     Relations,
     Restraint,
@@ -103,7 +104,9 @@ def guides(known: Findings, view: View, frame: Frame) -> list[Guide]:
 
 def _all_guides(known: Findings, view: View, frame: Frame) -> Iterator[Guide]:
     rods = {frozenset(link.ends) for link in known.links if link.kind == "rod" and link.stated}
+    drawn = {link.constraint for link in known.links if link.constraint}
     stated = restraints(known.configurations, view.axes, rods)
+    stated = [r for r in stated if r.relation.name not in drawn]
     # The circle on which a bar leads its end is no wire.
     stated = [r for r in stated if r.particle not in known.barred or r.relation.one_sided]
     bilateral = [r for r in stated if not r.relation.one_sided]
@@ -127,7 +130,7 @@ def _alike(one: Guide, second: Guide, frame: Frame) -> bool:
         return False
     marks = one.curve.points[[0, len(one.curve.points) // 2, -1]]
     apart = np.linalg.norm(second.curve.points[:, None] - marks[None], axis=2).min(axis=0)
-    return bool(apart.max() < 0.02 * frame.size)
+    return bool(apart.max() < 1.2 / STEPS_ACROSS * frame.size)  # an end may be a step farther
 
 
 # Constraints.
@@ -242,12 +245,19 @@ def _path_guides(known: Findings, particle: int, frame: Frame) -> Iterator[Guide
     if len(moving) != 1 or moving[0] in closed:
         return
     on_rod = any(particle in link.ends and link.kind == "rod" for link in known.links)
-    if on_rod and not _is_driven(known, particle):
+    if (on_rod or _is_beside_its_origin(known, particle)) and not _is_driven(known, particle):
         return
     number = moving[0]
     curve = path(configurations, number, particle, frame.window(_NEAR), frame.window(_FAR))
     if curve is not None and not _is_straight(curve.points):
         yield Guide(coordinates[number].name, particle, curve)
+
+
+def _is_beside_its_origin(known: Findings, particle: int) -> bool:
+    """Tell whether it is the centre of a rigid body whose own lines lead from its origin."""
+    origins = {body.name: body.origin for body in known.configurations.depiction.bodies}
+    body = known.configurations.equations.system.particles[particle]
+    return origins.get(body.name, body.position) != body.position
 
 
 def _is_driven(known: Findings, particle: int) -> bool:

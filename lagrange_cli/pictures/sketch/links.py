@@ -130,6 +130,7 @@ def findings(configurations: Configurations) -> Findings:
     _add_bars(known)
     known.links += _distances(known)
     known.links += _springs(known)
+    known.links += _slack_ropes(known)
     add_ropes(known)
     return known
 
@@ -275,6 +276,74 @@ def _is_spring(values: Array, distances: Array) -> bool:
     exact = np.abs(columns @ fit - values).max() <= 1e-8 * spread
     stiff = fit[0] * np.ptp(d) ** 2 > 1e-4 * spread
     return bool(rank == 3 and exact and stiff and fit[1] <= MOVES * fit[0])
+
+
+# Ropes that may be slack.
+
+
+def _slack_ropes(known: Findings) -> Iterator[Link]:
+    """Return ropes of inequalities by which a distance is at most a length."""
+    configurations = known.configurations
+    relations = [r for r in configurations.depiction.relations if r.one_sided]
+    for relation in relations if known.declared <= MOST_SOUGHT else ():
+        symbols = sorted(relation.expression.free_symbols, key=lambda s: s.name)
+        states = [configurations.symbol_values(k) for k in range(len(configurations.q))]
+        if not all(s.name in states[0] for s in symbols):
+            continue
+        function = Function([relation.expression], symbols)
+        numbers = [[state[s.name] for s in symbols] for state in states]
+        ends = _ends_of_rope(known, function, numbers, [s.name for s in symbols])
+        if ends is None:
+            continue
+        gaps = np.array([function(row)[0] for row in numbers])
+        length = _rope_length(gaps, known.distances(*ends))
+        if length is not None:
+            sizes = [s for s in symbols if s in configurations.values]
+            values = (abs(configurations.values[s] - length) <= SAME * length for s in sizes)
+            size = next((s for s, alike in zip(sizes, values, strict=True) if alike), None)
+            known.links[:] = [k for k in known.links if k.kind != "radius" or {*k.ends} != {*ends}]
+            yield Link("rope", ends, size, True, length, relation.name)
+
+
+def _ends_of_rope(
+    known: Findings, function: Function, numbers: list[list[float]], names: list[str]
+) -> tuple[int, int] | None:
+    """Return the two bodies of an inequality, or its fixed centre and its body."""
+    components = known.configurations.components
+    bodies = [k for k, axes in enumerate(components) if not set(axes).isdisjoint(names)]
+    if len(bodies) == 2:
+        return bodies[0], bodies[1]
+    if len(bodies) != 1 or len(numbers) < 6:
+        return None
+    columns = [names.index(name) if name in names else None for name in components[bodies[0]]]
+    weights, sums = np.zeros((3, 3)), np.zeros(3)
+    for place, row in zip(known.places[:, bodies[0]], numbers, strict=True):
+        slopes = function.with_gradient(row)[1]
+        way = np.array([0.0 if k is None else slopes[k] for k in columns])
+        across = np.eye(3) - np.outer(way, way) / max(float(way @ way), 1e-300)
+        weights, sums = weights + across, sums + across @ place
+    centre = np.linalg.lstsq(weights, sums, rcond=1e-12)[0]
+    return known.add("", np.tile(centre, (len(numbers), 1))), bodies[0]
+
+
+def _rope_length(gaps: Array, distances: Array) -> float | None:
+    """Return where a gap, which falls with a distance as α d² + β d + γ, is closed."""
+    longest = distances.max()
+    if len(gaps) < 6 or not longest > 0 or np.ptp(distances) < 1e-3 * longest:
+        return None
+    d = distances / longest
+    columns = np.stack([d**2, d, np.ones_like(d)], axis=1)
+    fit, _, rank, _ = np.linalg.lstsq(columns, gaps, rcond=1e-13)
+    if rank < 3 or np.abs(columns @ fit - gaps).max() > 1e-8 * np.ptp(gaps):
+        return None
+    alpha, beta, gamma = np.where(np.abs(fit) > 1e-7 * np.abs(fit).max(), fit, 0.0)
+    falls = bool((2 * alpha * d + beta < 0).all())
+    closed = [
+        float(x.real)
+        for x in np.roots([alpha, beta, gamma])
+        if abs(x.imag) < SAME and x.real > 0 and 2 * alpha * x.real + beta < 0
+    ]
+    return float(min(closed) * longest) if falls and closed else None
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,17 @@ def coiled(start: Array, end: Array, turns: int) -> Array:
     return np.array([start, start + lead * along, *zigzag, end - lead * along, end])
 
 
+def rope(start: Array, end: Array, slack: float) -> Array:
+    """Return a rope that hangs through below its chord, shape (13, 2); ``slack`` is √(l² − d²).
+
+    The parabola is that of a rope nearly taut, whose sag is √(3 (l² − d²)/16).
+    """
+    parts = np.linspace(0, 1, 13)[:, None]
+    sag = 0.433 * slack * 4 * parts * (1 - parts)
+    hanging: Array = start + parts * (end - start) - sag * np.array([0.0, 1.0])
+    return hanging
+
+
 def damper(start: Array, end: Array) -> list[Array]:
     """Return the lines of a cylinder with its piston."""
     length = float(np.linalg.norm(end - start))

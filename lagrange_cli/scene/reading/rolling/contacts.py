@@ -96,7 +96,9 @@ class _Contact:
 def touch(node: Mapping, what: str, reading: Reading) -> Written | None:
     """Read ``{touch: BODY, radius: R, axis: y, on: SURFACE}``: the nearest point is on it."""
     contact = _contact("touch", node, what, reading)
-    return None if contact is None else _written("touch", contact, [_touching(contact, node)], node)
+    if contact is None:
+        return None
+    return _written("touch", contact, [_touching(contact, node)], node, reading)
 
 
 def roll(node: Mapping, what: str, reading: Reading) -> Written | None:
@@ -105,11 +107,15 @@ def roll(node: Mapping, what: str, reading: Reading) -> Written | None:
     if contact is None:
         return None
     equations = [_touching(contact, node), *_without_slip(contact, node)]
-    return _written("roll", contact, equations, node)
+    return _written("roll", contact, equations, node, reading)
 
 
 def _written(
-    kind: Literal["touch", "roll"], contact: _Contact, equations: list[Equation], node: Mapping
+    kind: Literal["touch", "roll"],
+    contact: _Contact,
+    equations: list[Equation],
+    node: Mapping,
+    reading: Reading,
 ) -> Written:
     height, surface = contact.height, contact.surface
     positive = None
@@ -121,13 +127,14 @@ def _written(
         (contact.name, *surface.parts),
         (contact.radius, *contact.axis.written, *surface.written),
     )
-    joint = Joint(kind, parts, radii, positive, constants, _round(contact))
+    joint = Joint(kind, parts, radii, positive, constants, _round(contact, across_plane(reading)))
     return Written(tuple(equations), joint)
 
 
-def _round(contact: _Contact) -> tuple[Literal["disk", "sphere"], int] | None:
+def _round(contact: _Contact, across: int | None) -> tuple[Literal["disk", "sphere"], int] | None:
+    """Return the shape that touches, and its axis; in a plane it is a disk about ``across``."""
     if not contact.axis.components:
-        return "sphere", 2
+        return ("sphere", 2) if across is None else ("disk", across)
     axes = [k for k, part in enumerate(contact.axis.components) if not is_zero(part)]
     return ("disk", axes[0]) if len(axes) == 1 else None
 
