@@ -54,7 +54,7 @@ def test_compiled_functions_know_a_singular_mass_matrix():
         (lambda: derived("four_bar_linkage"), ["rhs", "multipliers"]),
         (lambda: derived("driven_spring"), ["rhs", "inputs", "outputs"]),
         (lambda: large.chain(20), ["rhs"]),
-        (lambda: large.CASES["net"](), ["rhs"]),
+        pytest.param(lambda: large.CASES["net"](), ["rhs"], marks=pytest.mark.campaign),
     ],
     ids=["dense", "driven", "band", "sparse"],
 )

@@ -65,7 +65,7 @@ particles:
 coordinates: [p, q]
 potentials: {weight: {gravity: 9.81}}
 initial: {p: 2, q: 2.5}
-simulate: {until: 200, samples: 101, accuracy: 1e-8}
+simulate: {until: 60, samples: 31, accuracy: 1e-8}
 """
     ended = simulate(derive(read_text(chaos)))
     assert ended.status == "accuracy_not_reached"
