@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import traceback
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
@@ -175,7 +176,11 @@ def _in_processes(
     store: ReportStore | None,
     limits: Limits,
 ) -> Generator[SceneReport]:
-    """Yield reports from the store, then those of processes, which start if any is missing."""
+    """Yield reports from the store, then those of processes, which start if any is missing.
+
+    Of several processes none is left alone with a long scene at the end: large files come first,
+    since time grows with what a scene holds.
+    """
     missing = []
     for path in scenes:
         report = None if store is None else store.recall_path(path)
@@ -183,8 +188,18 @@ def _in_processes(
             missing.append(path)
         else:
             yield report
+    if jobs > 1:
+        missing.sort(key=_size_of, reverse=True)
     if missing:
         yield from in_processes(missing, jobs, job, limits)
+
+
+def _size_of(path: str) -> int:
+    """Return the bytes of a file; 0 if it is missing."""
+    try:
+        return os.path.getsize(path)
+    except OSError:
+        return 0  # The check of the scene reports it.
 
 
 def check_scene(

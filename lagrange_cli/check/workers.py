@@ -1,7 +1,8 @@
 """Check scenes in parallel, in processes of this machine or on a user's Dask cluster.
 
-If a process dies (out of memory, a crash of a compiled library), only its scene crashes; one that
-takes too long is ended. To a cluster scenes travel as text, with the files that they name.
+If a process dies (out of memory, a crash of a compiled library), only the scene that it checks
+crashes; one that takes too long is ended. To a cluster scenes travel as text, with the files that
+they name.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
@@ -65,16 +67,21 @@ def _context() -> BaseContext:
 
 
 def _work(
-    answer: Connection,
+    connection: Connection,
     job: _Job,
-    path: str,
     collection: tuple[int, int, int],
     memory: int | None,
 ) -> None:
-    """Do a job in a worker, which leaves interruptions to its parent, and says when it begins.
+    """Do the jobs that a process is given until there are no more, and say when one begins.
+
+    Interruptions are left to the parent.
 
     Parameters
     ----------
+    connection
+        Receives paths, sends None and then the report for each of them.
+    job
+        Checks one scene.
     collection
         Thresholds of the parent's garbage collector, which are the worker's too.
     memory
@@ -86,41 +93,98 @@ def _work(
         import resource  # which Windows lacks
 
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
-    answer.send(None)
-    answer.send(job(path))
-
-
-def _died(path: str, process: BaseProcess) -> SceneReport:
-    process.join()
-    code = process.exitcode or 0
-    cause = f"by signal {-code}" if code < 0 else f"with exit code {code}"
-    problem = Problem(f"the process that checked this scene ended {cause}", rule="crash")
-    return SceneReport(path, "crash", 0.0, (problem,))
+    with suppress(EOFError):
+        while True:
+            path = connection.recv()
+            connection.send(None)
+            connection.send(job(path))
 
 
 @dataclass
 class _Worker:
-    """A process that checks a scene.
+    """A process that checks scenes one after the other.
 
     Attributes
     ----------
-    path
-        The scene.
     process
         The process.
+    connection
+        Takes paths and gives reports.
+    path
+        The scene that it checks.
     begun
-        Time at which the check began; None until it has.
+        Time at which that check began; None until it has.
     """
 
-    path: str
     process: BaseProcess
+    connection: Connection
+    path: str = ""
     begun: float | None = None
+
+    @classmethod
+    def start(cls, job: _Job, memory: int | None) -> _Worker:
+        """Start a process that does a job, which must be picklable, within bytes of memory."""
+        context: Any = _context()
+        connection, theirs = context.Pipe()
+        work = (theirs, job, gc.get_threshold(), memory)
+        process = context.Process(target=_work, args=work)
+        process.start()
+        theirs.close()
+        return cls(process, connection)
+
+    def check(self, path: str) -> None:
+        """Begin to check a scene."""
+        self.path, self.begun = path, None
+        with suppress(OSError):  # A dead process is seen where its report is received.
+            self.connection.send(path)
+
+    def received(self) -> SceneReport | None:
+        """Receive the report of the scene, or make that of a death; None if it only begins."""
+        try:
+            report: SceneReport | None = self.connection.recv()
+        except (EOFError, OSError):
+            return self._death()
+        if report is None:
+            self.begun = time.monotonic()
+        return report
+
+    def _death(self) -> SceneReport:
+        self.process.join()
+        code = self.process.exitcode or 0
+        cause = f"by signal {-code}" if code < 0 else f"with exit code {code}"
+        problem = Problem(f"the process that checked this scene ended {cause}", rule="crash")
+        return SceneReport(self.path, "crash", 0.0, (problem,))
+
+    def seconds_left(self, seconds: float | None) -> float:
+        """Return the seconds that the check still has."""
+        if seconds is None or self.begun is None:
+            return math.inf
+        return self.begun + seconds - time.monotonic()
+
+    def overdue(self) -> SceneReport:
+        """End the process, and return the report of its scene."""
+        self.end()
+        seconds = time.monotonic() - (self.begun or 0.0)
+        place = Mark(name_of(self.path), 1, 1)
+        problem = Problem(f"the check was ended after {seconds:.1f} s", place, rule="limit")
+        return SceneReport(self.path, "timeout", seconds, (problem,))
+
+    def end(self) -> None:
+        """End the process, which may tidy up."""
+        self.process.terminate()
+        self.process.join(_GRACE)
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
 
 
 def in_processes(
     paths: Sequence[str], jobs: int, job: _Job, limits: Limits | None = None
 ) -> Iterator[SceneReport]:
     """Yield the report of each scene as it is ready, at most ``jobs`` at a time.
+
+    A process checks one scene after the other, so that what they share is imported and computed
+    once. Where memory is limited each scene has its own.
 
     Parameters
     ----------
@@ -132,74 +196,40 @@ def in_processes(
         Checks one scene; must be picklable.
     limits
         The most that a scene may take. Seconds count from the start of its check, without those
-        in which modules are imported.
+        in which a process starts.
     """
-    context: Any = _context()
-    collection, limits = gc.get_threshold(), limits or Limits()
+    limits = limits or Limits()
     waiting = deque(paths)
-    running: dict[Connection, _Worker] = {}
+    busy: dict[Connection, _Worker] = {}
+    idle: list[_Worker] = []
     try:
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                answer, theirs = context.Pipe(duplex=False)
-                path = waiting.popleft()
-                work = (theirs, job, path, collection, limits.memory)
-                process = context.Process(target=_work, args=work)
-                running[answer] = _Worker(path, process)
-                process.start()
-                theirs.close()
-            for ready in wait(list(running), _patience(running.values(), limits.seconds)):
+        while waiting or busy:
+            while waiting and len(busy) < jobs:
+                worker = idle.pop() if idle else _Worker.start(job, limits.memory)
+                busy[worker.connection] = worker
+                worker.check(waiting.popleft())
+            for ready in wait(list(busy), _patience(busy.values(), limits.seconds)):
                 assert isinstance(ready, Connection)
-                if (report := _received(ready, running[ready])) is not None:
-                    del running[ready]
+                if (report := busy[ready].received()) is not None:
+                    worker = busy.pop(ready)
+                    if limits.memory is None and worker.process.is_alive():
+                        idle.append(worker)
+                    else:
+                        worker.end()
                     yield report
-            for overdue in [a for a, w in running.items() if _left(w, limits.seconds) <= 0]:
-                yield _ended(overdue, running.pop(overdue))
+            for worker in [w for w in busy.values() if w.seconds_left(limits.seconds) <= 0]:
+                del busy[worker.connection]
+                yield worker.overdue()
     finally:
-        for worker in running.values():
+        for worker in [*busy.values(), *idle]:
             if worker.process.is_alive():
                 worker.process.terminate()
 
 
-def _left(worker: _Worker, seconds: float | None) -> float:
-    """Return the seconds that a worker still has."""
-    if seconds is None or worker.begun is None:
-        return math.inf
-    return worker.begun + seconds - time.monotonic()
-
-
 def _patience(workers: Iterable[_Worker], seconds: float | None) -> float | None:
     """Return the seconds until the first worker is overdue; None where none will be."""
-    left = min(_left(worker, seconds) for worker in workers)
+    left = min(worker.seconds_left(seconds) for worker in workers)
     return None if math.isinf(left) else max(left, 0.0)
-
-
-def _received(answer: Connection, worker: _Worker) -> SceneReport | None:
-    """Receive a worker's report, or make that of its death; None if it only begins."""
-    try:
-        report: SceneReport | None = answer.recv()
-    except EOFError:
-        report = _died(worker.path, worker.process)
-    if report is None:
-        worker.begun = time.monotonic()
-        return None
-    answer.close()
-    worker.process.join()
-    return report
-
-
-def _ended(answer: Connection, worker: _Worker) -> SceneReport:
-    """End an overdue worker, and return the report of its scene."""
-    worker.process.terminate()
-    worker.process.join(_GRACE)
-    worker.process.kill()
-    worker.process.join()
-    answer.close()
-    seconds = time.monotonic() - (worker.begun or 0.0)
-    problem = Problem(
-        f"the check was ended after {seconds:.1f} s", Mark(name_of(worker.path), 1, 1), rule="limit"
-    )
-    return SceneReport(worker.path, "timeout", seconds, (problem,))
 
 
 #: Threads of a worker check in turn: most of that is Python's.

@@ -11,6 +11,7 @@ import time
 
 import pytest
 
+from lagrange_cli.check.check import check_paths
 from lagrange_cli.check.model import Limits, SceneReport
 from lagrange_cli.check.workers import in_processes
 
@@ -36,6 +37,7 @@ def test_every_scene_is_reported_once(jobs):
     reports = list(in_processes(paths, jobs, job))
     assert sorted(report.path for report in reports) == paths
     assert {report.outcome for report in reports} == {"pass"}
+    assert len({report.seconds for report in reports}) <= jobs  # processes, one for many scenes
 
 
 def test_a_dying_process_takes_only_its_scene():
@@ -82,6 +84,27 @@ def test_memory_is_limited():
     assert found["a"].outcome == "pass"
     # The job does not take the error for its scene's, as a check does.
     assert "ended with exit code 1" in found["memory"].problems[0].message
+    limited = in_processes(["a", "b", "c"], 1, job, Limits(memory=2 * 10**9))
+    assert len({report.seconds for report in limited}) == 3  # each has the whole memory
+
+
+def test_large_scenes_are_checked_first_and_reported_in_their_place(tmp_path, monkeypatch):
+    begun = []
+
+    def recorded(paths, jobs, job, limits):
+        begun.extend(paths)
+        return (SceneReport(path, "pass", 0.0) for path in paths)
+
+    monkeypatch.setattr("lagrange_cli.check.check.in_processes", recorded)
+    scenes = [str(tmp_path / name) for name in ("a.yaml", "b.yaml", "c.yaml")]
+    for path, size in zip(scenes, (10, 30, 20), strict=True):
+        (tmp_path / path).write_text("#" * size)
+    report = check_paths(scenes, jobs=2)
+    assert begun == [scenes[1], scenes[2], scenes[0]]
+    assert [scene.path for scene in report.scenes] == scenes
+    begun.clear()
+    check_paths(scenes, limits=Limits(seconds=60))
+    assert begun == scenes
 
 
 SCENE = """\
