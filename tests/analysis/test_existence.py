@@ -152,6 +152,20 @@ def test_no_force_at_rest_is_no_internal_error() -> None:
     assert "no value at rest" in analysis.left_out[0].reason
 
 
+def test_a_blade_that_would_rest_at_an_infinite_angle_rests_nowhere() -> None:
+    """The force −sech² a vanishes at infinity alone, where a blade has no direction."""
+    text = """
+particles: {b: {mass: 1, position: [x, y, 0]}}
+plane: xy
+kinetic: {turn: dot(a)^2/4}
+constraints: {blade: dot(x)*sin(a) = dot(y)*cos(a)}
+coordinates: [x, y, a]
+potentials: {twist: tanh(a)}
+initial: {x: 0, y: 0.3, a: 0.6}
+"""
+    assert equilibria(loads(text).derive()).points == ()
+
+
 # Intervals.
 
 

@@ -218,6 +218,19 @@ def test_nothing_is_in_equilibrium_where_time_acts(capsys: pytest.CaptureFixture
     assert "nothing stays at rest: the equations depend on t" in capsys.readouterr().err
 
 
+def test_a_force_without_a_value_at_rest_is_refused_at_its_coordinate() -> None:
+    text = """
+    particles: {b: {mass: 1, position: [x, 0, z]}}
+    coordinates: [x, z]
+    forces: {fan: {on: z, force: 1/dot(z)}}
+    """
+    with pytest.raises(InputError, match="a force or constraint has no value at rest") as refused:
+        derivation_text(derive(read_text(text), steps="virtual-work"))
+    mark = refused.value.problems[0].mark
+    assert mark is not None
+    assert (mark.line, mark.column) == (3, 22)
+
+
 def test_virtual_work_beside_moving_constraints_and_terms_in_coordinates() -> None:
     """Inertia of a rotating hoop, and a torsion spring that two particles share, take part."""
     hoop = """

@@ -33,6 +33,7 @@ from lagrange_cli.analysis.equilibria.single_equation import (
 )
 from lagrange_cli.analysis.values import DIGITS, AbsentEquilibrium, Equilibrium, Existence, Mpf
 from lagrange_cli.mechanics.algebra.polynomials import cancelled
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
@@ -208,7 +209,7 @@ class Solver:
             equation = cancelled(written)
             if equation.free_symbols & unknowns:
                 remaining.append(equation)
-            elif equation.has(sp.zoo, sp.nan, sp.oo):
+            elif not has_value(equation):
                 return None
             elif equation != 0 and not _vanish(written) and not _is_zero(equation):
                 remaining.append(equation)
@@ -389,7 +390,7 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
     point = Equilibrium(None, None, exact, forces, free, branch.conditions)
     everything = (*system.forces, *system.constraints)
     placed = [branch.under_relations(e.xreplace(values)) for e in everything]
-    if any(branch.under_relations(e).has(sp.zoo, sp.nan, sp.oo) for e in (*exact, *forces)):
+    if not all(has_value(branch.under_relations(e)) for e in (*exact, *forces)):
         return None  # a relation makes a divisor vanish, whose branch is another one
     if system.missing:
         if any(

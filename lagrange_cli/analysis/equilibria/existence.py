@@ -26,6 +26,7 @@ from lagrange_cli.analysis.interval_roots import IntervalSystem
 from lagrange_cli.analysis.interval_values import BITS, Interval, around, holds_zero
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Matrix, Mpf
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
@@ -343,7 +344,7 @@ def _solved(
     equations: Sequence[sp.Expr], multipliers: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...] | None:
     """Solve exact equations, linear in multipliers, for these; None if they do not hold."""
-    if any(e.has(sp.zoo, sp.nan, sp.oo) for e in equations):
+    if not all(map(has_value, equations)):
         return None
     if not multipliers:
         return () if vanish(*equations) else None

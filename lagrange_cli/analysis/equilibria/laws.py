@@ -20,6 +20,7 @@ from lagrange_cli.analysis.equilibria.closed_forms import (
     closed_forms,
 )
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
 LawVerdict: TypeAlias = Literal["proven", "unbalanced", "narrow", "undecided"]
@@ -73,7 +74,7 @@ def _balances(system: RestSystem, place: Branch) -> bool:
     multipliers = [c.multiplier for c in system.equations.system.closures]
     solution = place.solution
     forces = [place.under_relations(f.xreplace(solution)) for f in system.forces]
-    if any(f.has(sp.zoo, sp.nan, sp.oo) for f in forces):
+    if not all(map(has_value, forces)):
         return True  # no configuration: a divisor vanishes
     return any(not branch.conditions for branch in _solved_for(system, forces, multipliers))
 
@@ -90,4 +91,4 @@ def _solved_for(
 def _vanish_in(branch: Branch, expressions: Sequence[sp.Expr]) -> bool:
     solution = branch.solution
     placed = [branch.under_relations(e.xreplace(solution)) for e in expressions]
-    return not any(e.has(sp.zoo, sp.nan, sp.oo, sp.I) for e in placed) and vanish(*placed)
+    return all(map(has_value, placed)) and vanish(*placed)

@@ -18,8 +18,9 @@ from mpmath import mpf
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions, exact_value
 from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
 from lagrange_cli.analysis.values import DIGITS, Mpf
-from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.free_symbols import is_open, require_given
 from lagrange_cli.mechanics.kinks import JUMPING, KINKED, sides_of, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -361,11 +362,15 @@ def _require_small(equations: Equations) -> None:
 def _require_values_at_rest(equations: Equations, at_rest: Sequence[sp.Expr]) -> None:
     """Refuse forces that have no value where nothing moves, as y/ẏ."""
     for k, expression in enumerate(at_rest):
-        if expression.has(sp.zoo, sp.nan, sp.oo, sp.AccumBounds):
+        if not has_value(expression):
             coordinates = equations.system.coordinates
-            mark = coordinates[k].mark if k < len(coordinates) else None
-            message = Phrase("a force or constraint has no value at rest")
-            raise InputError(Problem(message, mark, rule="analysis-rest"))
+            raise no_value_at_rest(coordinates[k].mark if k < len(coordinates) else None)
+
+
+def no_value_at_rest(mark: Mark | None) -> InputError:
+    """The refusal of a force or constraint that has no value where nothing moves."""
+    message = Phrase("a force or constraint has no value at rest")
+    return InputError(Problem(message, mark, rule="analysis-rest"))
 
 
 def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> None:

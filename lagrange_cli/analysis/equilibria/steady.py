@@ -24,6 +24,7 @@ from lagrange_cli.analysis.forms.routhian import Routhian, ignorable, routhian_f
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf, Turning
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, factored_form
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
@@ -154,7 +155,7 @@ class SteadySystem:
         if point.exact is not None:
             place = dict(zip(symbols, point.exact, strict=True))
             exact = [factored_form(cancelled(e.xreplace(place))) for e in flat]
-            if any(e.has(sp.zoo, sp.nan, sp.oo) for e in exact):
+            if not all(map(has_value, exact)):
                 exact = None
         if point.position is not None and not self.sought.missing:
             place = dict(zip(symbols, point.position, strict=True))

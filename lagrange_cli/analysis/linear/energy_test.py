@@ -18,6 +18,7 @@ from mpmath import mpf
 from lagrange_cli.analysis.linear.second_order import LinearSystem
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
@@ -135,7 +136,7 @@ class _Series:
         """Return the exact value at s = 0, over the coefficients that are not known yet."""
         still: Mapping[sp.Symbol, sp.Expr] = {self.s: sp.S.Zero}
         value = sp.expand(expression.xreplace(still).xreplace(self.known))
-        if value.has(sp.zoo, sp.nan, sp.oo):
+        if not has_value(value):
             raise _UndecidedError
         return _short(value)
 

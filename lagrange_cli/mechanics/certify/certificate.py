@@ -353,7 +353,8 @@ def _compared(
         residuals.append((to_mpf(ours - sum(constraint[j])), to_mpf(size)))
         scale += newton[j][1]
         difference = max(abs(lacking[j]), abs(ours - lagrange))
-        mismatch = max(mismatch, difference / scale if scale else difference)
+        if difference > least:
+            mismatch = max(mismatch, difference / scale if scale else difference)
     for reported, declared, scale in tapes.reports(seen) if thorough else ():
         if abs(reported - declared) > least:
             mismatch = max(mismatch, abs(reported - declared) / scale)

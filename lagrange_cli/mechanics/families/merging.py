@@ -9,6 +9,7 @@ from functools import cached_property
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.factor import scaled
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.families.canonical import Shapes
 from lagrange_cli.mechanics.families.elements import Element, Elements, Index, Place
 from lagrange_cli.mechanics.families.fitting import Vector
@@ -107,7 +108,7 @@ class Merging:
         value = self._at(piece.term, j, index)
         if value == 0 and span.besides is not None:
             return [replace(p, ranges=(wider,)) if p is piece else p for p in pieces]
-        if value == 0 or value.has(sp.nan, sp.zoo, sp.oo):
+        if value == 0 or not has_value(value):
             return pieces
         for local in pieces:
             if not local.ranges and sp.expand(local.term - value) == 0:

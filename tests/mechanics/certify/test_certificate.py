@@ -253,6 +253,19 @@ def test_a_force_whose_terms_cancel_altogether_is_certified():
     assert "energy" in {c.name for c in equations.derivation.conserved}
 
 
+def test_a_rod_that_turns_about_itself_is_refused_and_not_called_a_defect() -> None:
+    """Gyroscopic terms about its axis cancel altogether, and leave nothing but rounding."""
+    text = """
+parameters: {m: 1.5, l: 0.7}
+bodies:
+  A: {turn: [z: a, x: b], mass: m, centre: [0, 0, -l/2], inertia: {rod: l}}
+  B: {on: A, at: [0, 0, -l], turn: {z: d}, mass: 1, inertia: {rod: l}}
+coordinates: [a, b, d]
+"""
+    with pytest.raises(InputError, match="coordinate 'd' has no inertia of its own"):
+        loads(text).derive()
+
+
 @pytest.mark.slow
 def test_closures_are_looked_at_with_more_digits_too() -> None:
     """A support at 1e46 turns a second leaves few of fifty digits; a root hides |y - 3|."""

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import sympy
 
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
-from lagrange_cli.analysis.equilibria.rest_system import rest_system
+from lagrange_cli.analysis.equilibria.rest_system import no_value_at_rest, rest_system
+from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.report.contents.steps.by_dalembert import (
     coefficient_law,
@@ -49,9 +50,9 @@ if TYPE_CHECKING:
 def principle(writer: StepsWriter) -> Section | None:
     """Return the coefficient of each δq, which vanishes in equilibrium."""
     balances, names = writer.steps.balances, writer.steps.in_coordinates
-    if all(_at_rest(writer, parts.coordinates) == 0 for parts in balances):
+    if all(_at_rest(writer, parts.coordinates, k) == 0 for k, parts in enumerate(balances)):
         names = ()
-    if any(_at_rest(writer, parts.inertia) != 0 for parts in balances):
+    if any(_at_rest(writer, parts.inertia, k) != 0 for k, parts in enumerate(balances)):
         law, force = total_work(writer, effective_force(writer), names), NOTHING
         text = say(
             "Coordinates stay constant while the constraints move if the applied forces, less"
@@ -77,10 +78,19 @@ def principle(writer: StepsWriter) -> Section | None:
     )
 
 
-def _at_rest(writer: StepsWriter, expression: Expr) -> Expr:
-    """Put velocities and accelerations to zero."""
-    moving = (s for c in writer.equations.system.coordinates for s in (c.v, c.a))
-    return expression.xreplace(dict.fromkeys(moving, sympy.S.Zero))
+def _at_rest(writer: StepsWriter, expression: Expr, number: int) -> Expr:
+    """Put velocities and accelerations to zero in an expression of a coordinate.
+
+    Raises
+    ------
+    InputError
+        The expression has no value there.
+    """
+    coordinates = writer.equations.system.coordinates
+    still = at_rest(expression, (s for c in coordinates for s in (c.v, c.a)))
+    if still is None:
+        raise no_value_at_rest(coordinates[number].mark)
+    return still
 
 
 def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
@@ -89,7 +99,7 @@ def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     yield Title(say("For {place}:", place=virtual(place)))
     slope = partial(POSITION, place)
     worked, moved, further = (
-        _at_rest(writer, e) for e in (parts.work, parts.inertia, parts.coordinates)
+        _at_rest(writer, e, number) for e in (parts.work, parts.inertia, parts.coordinates)
     )
     row = replace(writer.row(below("Q", place), worked), middle=work(writer.applied, slope))
     pushes = [
