@@ -362,15 +362,27 @@ def mutant(
     draw = random.Random(f"{seed} {number}")
     # YAML 1.1 reads the key ``on`` as true.
     tree = json.loads(json.dumps(draw.choice(trees), default=str).replace('"true":', '"on":'))
-    changes, weights = zip(*CHANGES, strict=True)
     for _ in range(draw.choice((0, 1, 1, 1, 1, 2, 2, 3))):
-        (change,) = draw.choices(changes, weights)
         # A tree may have lost what a change looks for.
         with contextlib.suppress(IndexError, KeyError, TypeError, AttributeError):
             change(tree, draw)
+    return given_to(number, tree, draw, commands)
+
+
+def change(tree: Any, draw: random.Random) -> None:
+    """Change a tree in one of the ways of :data:`CHANGES`."""
+    changes, weights = zip(*CHANGES, strict=True)
+    (chosen,) = draw.choices(changes, weights)
+    chosen(tree, draw)
+
+
+def given_to(
+    number: int, tree: Any, draw: random.Random, commands: Sequence[Command] = COMMANDS
+) -> Mutant:
+    """The scene of a tree with one of the commands, its names filled in."""
     words, weights = zip(*commands, strict=True)
     (chosen,) = draw.choices(words, weights)
-    if chosen != ("check",) and draw.random() < 0.1:
+    if chosen[0] not in ("check", "fmt") and draw.random() < 0.1:
         chosen += ("-p", f"@p={draw.choice(NUMBERS)}")
     text, meaning = _text(tree, draw), _placeholders(tree, draw)
     filled = [_PLACEHOLDER.sub(lambda match: meaning[match.group()], word) for word in chosen]

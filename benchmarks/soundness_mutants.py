@@ -1,14 +1,15 @@
 """Mutated scenes and expressions through the command line: no internal error, no silent hang.
 
 Scenes that are shipped, and some small ones, are changed at random: their YAML, their numbers
-(to extremes), their expressions (functions exchanged, kinks, towers, primes), names and sections.
-Each runs through the entry of the command line, in a process that works many off. One that says
-nothing for 20 seconds of a processor, where a terminal would show where it stands, is ended and
-counted; one
-that goes on for 45 seconds is ended. Counted are exit codes, refusals of a scene that name no
-place, and what raised. All is drawn from the seed.
+(to extremes), their expressions (functions exchanged, kinks, towers, primes), names and sections;
+with ``--structured`` a grammar makes them (structured.py). Each runs through the entry of the
+command line, in a process that works many off. One that says nothing for 20 seconds of a processor,
+where a terminal would show where it stands, is ended and counted; one that goes on for 45 seconds
+is ended. Counted are exit codes, refusals of a scene without a place, what raised, and files that
+no option named. All is drawn from the seed.
 
     python benchmarks/soundness_mutants.py --mutants 30000 --seed 1 -j 2
+    python benchmarks/soundness_mutants.py --structured --mutants 20000 --longest 10
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from types import FrameType
 from typing import Any
 
 from mutants import Mutant, mutant, sources
+from structured import structured
 
 #: Seconds of a processor after which a run has said nothing for too long.
 PATIENCE = 20
@@ -90,10 +92,12 @@ def run_mutant(one: Mutant, folder: Path) -> Outcome:
     from lagrange_cli.stages import Listener, heard_by
 
     scene = folder / "scene.yaml"
-    scene.write_text(one.text, encoding="utf-8", errors="replace")
+    text = one.text.encode("utf-8", errors="replace")
+    scene.write_bytes(text)
     (folder / "data").write_text(one.measured, encoding="utf-8", errors="replace")
     words = [str(folder / word[1:]) if word.startswith("@") else word for word in one.words]
     said, errors = io.StringIO(), io.StringIO()
+    before = _names_in(folder, Path.cwd())
     started = time.process_time()
     code, problem = -1, ""
 
@@ -123,7 +127,16 @@ def run_mutant(one: Mutant, folder: Path) -> Outcome:
     problem = problem or judged(code, said.getvalue(), errors.getvalue())
     if problem.startswith("no place") and not _SEARCHES.isdisjoint(words):
         problem = ""
+    named = {word[1:] for word in one.words if word.startswith("@")}
+    others = _names_in(folder, Path.cwd()) - named - before
+    if one.words[0] != "fmt" and scene.read_bytes() != text:
+        others.add(scene.name)
+    problem = problem or (f"foreign: {sorted(others)}" if others else "")
     return Outcome(one.number, " ".join(one.words), code, seconds, problem, one.text)
+
+
+def _names_in(*folders: Path) -> set[str]:
+    return {path.name for folder in folders for path in folder.iterdir()}
 
 
 def judged(code: int, said: str, errors: str) -> str:
@@ -169,12 +182,19 @@ class Tally:
 
 _trees: list[Any] = []
 
+#: The folder that a worker stands in, which is also its user's: nothing is to be written there.
+_home: list[tempfile.TemporaryDirectory[str]] = []
+
 
 def _prepare(memory: int | None, longest: float) -> None:
-    """Make a worker ready: no cache, bounded memory and time."""
+    """Make a worker ready: no cache, bounded memory and time, an empty folder to work in."""
     global LONGEST
     LONGEST = longest
     os.environ["LAGRANGE_CACHE"] = "off"
+    _home.append(tempfile.TemporaryDirectory(prefix="lagrange-mutants-home-"))
+    os.environ["HOME"] = _home[-1].name
+    os.environ["MPLCONFIGDIR"] = tempfile.gettempdir()  # Matplotlib keeps its list of fonts.
+    os.chdir(_home[-1].name)
     if memory is not None:
         import resource
 
@@ -182,15 +202,18 @@ def _prepare(memory: int | None, longest: float) -> None:
     _trees[:] = sources()
 
 
-def _numbered(job: tuple[int, int]) -> Outcome:
-    number, seed = job
+def _numbered(job: tuple[int, int, bool]) -> Outcome:
+    number, seed, of_grammar = job
+    one = structured(number, seed) if of_grammar else mutant(number, seed, _trees)
     with tempfile.TemporaryDirectory(prefix="lagrange-mutants-") as folder:
-        return run_mutant(mutant(number, seed, _trees), Path(folder))
+        return run_mutant(one, Path(folder))
 
 
-def outcomes(numbers: Sequence[int], seed: int, jobs: int, longest: float) -> Iterator[Outcome]:
-    """The outcomes of mutants, as they come."""
-    work = [(number, seed) for number in numbers]
+def outcomes(
+    numbers: Sequence[int], seed: int, jobs: int, longest: float, of_grammar: bool = False
+) -> Iterator[Outcome]:
+    """The outcomes of mutants, or of scenes that a grammar makes, as they come."""
+    work = [(number, seed, of_grammar) for number in numbers]
     if jobs == 0:
         _prepare(None, longest)
         yield from map(_numbered, work)
@@ -221,6 +244,7 @@ def table(tally: Tally) -> str:
         "",
         f"internal errors: {tally.count('internal')}; more than {PATIENCE} s without a word:"
         f" {tally.count('late')}; refusals of a scene without a place: {tally.count('no place')};"
+        f" other files written: {tally.count('foreign')};"
         f" other ends: {tally.count('exit')}; ended while they said where they stood: {goes_on}",
         f"{total / max(tally.seconds, 1e-9):.1f} mutants a second of a core,"
         f" the longest {tally.longest:.1f} s",
@@ -235,16 +259,19 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--longest", type=float, default=LONGEST, help="seconds of a run")
     parser.add_argument("-j", "--jobs", type=int, default=2)
+    parser.add_argument("--structured", action="store_true", help="scenes that a grammar makes")
     parser.add_argument("--show", type=int, help="print one mutant and stop")
     parser.add_argument("--failures", type=Path, help="write what is wrong, as lines of JSON")
     given = parser.parse_args()
     if given.show is not None:
-        one = mutant(given.show, given.seed, sources())
+        shown = given.show, given.seed
+        one = structured(*shown) if given.structured else mutant(*shown, sources())
         print(f"# lagrange {' '.join(one.words)}\n{one.text}\n{one.measured}")
         return 0
     tally, started = Tally(), time.perf_counter()
     numbers = range(given.first, given.first + given.mutants)
-    for done, outcome in enumerate(outcomes(numbers, given.seed, given.jobs, given.longest), 1):
+    work = outcomes(numbers, given.seed, given.jobs, given.longest, given.structured)
+    for done, outcome in enumerate(work, 1):
         tally.add(outcome)
         if outcome.problem:
             print(f"{outcome.number}: {outcome.command}: {outcome.problem}", file=sys.stderr)

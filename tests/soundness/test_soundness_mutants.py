@@ -41,6 +41,30 @@ def test_mutants_end_in_an_answer_or_a_located_refusal(
     assert codes[2] >= 10
 
 
+def test_structured_scenes_end_in_an_answer_or_a_located_refusal(
+    campaign: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    outcomes = [
+        campaign.run_mutant(campaign.structured(number, 3), tmp_path) for number in range(40)
+    ]
+    assert [outcome for outcome in outcomes if outcome.problem] == []
+    # Most are valid.
+    assert Counter(outcome.code for outcome in outcomes)[0] >= 20
+
+
+def test_files_that_no_option_named_are_found(
+    campaign: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def writing(arguments: list[str]) -> int:
+        Path(arguments[1]).with_name("other").touch()
+        return 0
+
+    monkeypatch.setattr("lagrange_cli.cli.main.run", writing)
+    outcome = campaign.run_mutant(campaign.Mutant(0, ("derive",), "name: x"), tmp_path)
+    assert outcome.problem == "foreign: ['other']"
+
+
 def test_a_mutant_is_the_same_in_every_run(campaign: ModuleType) -> None:
     trees = campaign.sources()
     assert campaign.mutant(17, 1, trees) == campaign.mutant(17, 1, campaign.sources())
