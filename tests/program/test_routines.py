@@ -16,9 +16,13 @@ from lagrange_cli.program.lowered.routines.elimination import (
     solve_definite,
     solve_pivoted,
 )
-from lagrange_cli.program.lowered.routines.numbers import SMALLEST, power_of_two
-from lagrange_cli.program.lowered.routines.projection import is_near, lead_positions
-from lagrange_cli.program.lowered.routines.saddle import solve_saddle
+from lagrange_cli.program.lowered.routines.numbers import EPSILON, SMALLEST, power_of_two
+from lagrange_cli.program.lowered.routines.projection import (
+    coupled_residual,
+    is_near,
+    lead_positions,
+)
+from lagrange_cli.program.lowered.routines.saddle import equilibrate, solve_saddle
 from lagrange_cli.program.solvers.sparse_factorization import couplings, supernodes
 from lagrange_cli.program.systems.loops import supernode_tables
 
@@ -94,6 +98,14 @@ def test_saddles(n, m, seed):
     assert solve_saddle(n, m, a, x, scratch(s), scratch(s * s), scratch(s))
     expected = np.linalg.solve(whole, b) * np.repeat([1, -1], [n, m])
     np.testing.assert_allclose(x, expected, rtol=1e-6, atol=1e-9 * abs(expected).max())
+
+
+def test_rows_without_scales_start_from_the_diagonal():
+    """Diagonal entries 4^k become 1/4 by squares of 2^-(k+1)."""
+    powers = [3, -5, 0, 8]
+    d = [0.0] * 4
+    assert equilibrate(4, np.diag([4.0**k for k in powers]).ravel().tolist(), d)
+    assert d == [2.0 ** -(k + 1) for k in powers]
 
 
 def test_a_saddle_without_inertia_is_solved_to_the_rounding_of_its_rows():
@@ -247,6 +259,13 @@ def test_positions_are_led_to_the_closures(y):
     if done:
         assert abs(math.hypot(*led[:2]) - 1) <= 2.0**-52
         np.testing.assert_allclose(led[:2], [x / size for x in y], atol=1e-15)
+
+
+def test_a_residual_without_magnitude_has_that_of_the_closures_beside_it():
+    """Coordinates of size 8/2, a height of gradient 3 that is zero: 12 is its magnitude."""
+    error = [0.0, 40 * EPSILON, 8.0, 0.0]
+    assert coupled_residual(2, error, [4.0, 9.0]) == 40 / (2 * 8)
+    assert error[2:] == [8.0, 12.0]
 
 
 def test_a_start_may_differ_by_rounding():

@@ -8,6 +8,8 @@ from scipy.integrate import solve_ivp
 
 from lagrange_cli import load, loads
 from lagrange_cli.errors import InputError
+from lagrange_cli.studies.chebyshev import Series, nodes_between
+from lagrange_cli.studies.section.roots import zeros_of
 
 ONE = "name: s\ncoordinates: [x]\nkinetic: {{T: dot(x)^2/2}}\npotentials: {{V: {}}}\n"
 
@@ -93,6 +95,16 @@ def test_poles_and_places_without_values_are_no_points(oscillator, condition, pl
     (points,) = section.members
     assert points.complete
     assert section.t == pytest.approx([first, 2 * np.pi - first], abs=1e-8)
+
+
+@pytest.mark.parametrize(("short", "error"), [(0.0, 0.0), (1e-10, 1e-9)])
+def test_zeros_at_both_ends_are_zeros(short, error):
+    """Of sin πt from 0 to 3, and to a little before 3, closer than its error in the last third."""
+    edges = np.linspace(0.0, 3.0 - short, 4)
+    series = Series.through(edges, np.sin(np.pi * nodes_between(edges)))
+    zeros = zeros_of(series, np.array([0.0, 0.0, error]))
+    np.testing.assert_allclose(zeros.t, [0, 1, 2, 3 - short], atol=4e-15)
+    assert len(zeros.open) == 0
 
 
 def test_a_touch_is_open_and_a_miss_is_none(oscillator):

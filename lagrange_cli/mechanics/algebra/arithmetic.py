@@ -97,9 +97,8 @@ def _coefficient_and_rest(term: sp.Expr) -> tuple[sp.Rational, _Rest] | None:
             is_plain = factors[0].is_Rational and not factors[1].is_Number
             return (factors[0], factors[1:]) if is_plain else None
         count, factor = factors
-        if not count.is_Rational or factor.is_Mul or factor.is_Number:
-            return None
-        return (count, factor) if _is_plain(factor) or factor.is_Add else None
+        is_plain = count.is_Rational and (factor.is_Add or _is_plain(factor))
+        return (count, factor) if is_plain else None
     return (_ONE, term) if _is_plain(term) else None
 
 

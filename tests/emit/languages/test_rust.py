@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.emit.languages.rust_program import string_literal
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from tests.emit.languages.cases import built
 from tests.emit.languages.drivers import executed
@@ -48,6 +49,10 @@ def test_modules_compile_without_std(tmp_path):
     executed([*library, "libm.rs"], "", tmp_path)
     options = ("--cfg", 'feature="libm"', "--extern", "libm=liblibm.rlib")
     executed([*library, *options, "crate.rs"], "", tmp_path)
+
+
+def test_literals_hold_quotes_backslashes_and_letters_beyond_ascii():
+    assert string_literal('a ~"\\\n\u03b8') == r'"a ~\u{22}\u{5c}\u{a}\u{3b8}"'
 
 
 def test_every_function_of_programs_has_a_counterpart():

@@ -69,6 +69,14 @@ def test_terms_that_are_alone_stay_the_same_objects() -> None:
     assert plain_sum([product, Z]).args[1] is product or plain_sum([product, Z]).args[0] is product
 
 
+def test_what_sympy_evaluates_further_is_left_to_it() -> None:
+    """Infinities that cancel are no number; products in products are one product."""
+    nested = sp.Mul(2, sp.Mul(X, Y), evaluate=False)
+    number = sp.Mul(2, sp.Integer(3), evaluate=False)
+    for added in ([sp.oo * X, -sp.oo * X], [nested, X * Y], [number, X]):
+        assert same(plain_sum(added), sp.Add(*added)), added
+
+
 def test_long_sums_are_sorted_as_sympy_does() -> None:
     angles = sp.symbols("q_1:40", real=True)
     parts = [

@@ -217,6 +217,15 @@ def test_several_configurations_are_listed() -> None:
     assert "z: -0.8" in problem.hint
 
 
+def test_positions_that_agree_in_twelve_digits_stay_in_a_hint() -> None:
+    """A wrong velocity does not question positions that are off by 1e-12 of the length."""
+    x, z = 1.2e6, -1.6e6 * (1 + 1e-12)
+    text = ROD.replace("l: 2", "l: 2e6")
+    problem = refusal(text + f"initial: {{x: {x!r}, z: {z!r}, dot(x): 1, dot(z): 1}}")
+    assert problem.rule == "initial-inconsistent"
+    assert f"x: {x!r}, z: {z!r}" in problem.hint
+
+
 @pytest.mark.slow
 def test_an_assembly_of_links_is_chosen_by_near() -> None:
     """One angle is given; two triangles close the linkage."""

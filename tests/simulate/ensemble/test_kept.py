@@ -295,6 +295,8 @@ def test_narrow_places_are_found(call, exact):
         ("min(-1/abs(x - 0.5))", -np.inf),
         ("max(abs(tan(3*x)))", np.inf),
         ("max(-1/(x - 0.5)^2)", None),
+        # A denominator that is negative throughout, beside a slope without a bound.
+        ("max(1/(x - 2) - sqrt(abs(x - 0.5)))", None),
         # Zeros without a change of sign, and a change of sign without a zero.
         ("max(1/(x^2 - x + 1/4))", None),
         ("max(1/(sign(x - 0.5) + 0.5))", None),

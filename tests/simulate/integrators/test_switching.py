@@ -10,7 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli import loads
-from lagrange_cli.simulate.accuracy.event_agreement import event_agreement, first_zeno_time
+from lagrange_cli.simulate.accuracy.event_agreement import (
+    event_agreement,
+    first_zeno_time,
+    near_toggles,
+)
 from lagrange_cli.simulate.integrators import INTEGRATORS, Control, start_integrator
 from lagrange_cli.simulate.integrators.events import RISES, EventSearch, TerminalEvents
 from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
@@ -207,6 +211,25 @@ def test_events_that_only_some_runs_have_break_the_agreement():
 def test_another_kind_of_event_breaks_the_agreement():
     found = event_agreement([[switch(1.0)], [switch(1.0, 0, "release")]], [3, 3], [0, 2])
     assert found.broken == 1.0
+
+
+def test_an_event_near_the_end_may_lie_behind_it_for_others():
+    found = event_agreement([[switch(9.75)], []], [10, 10], [0, 2], end=10.0, near=0.5)
+    assert found.broken == math.inf
+    assert (found.times.tolist(), found.errors.tolist()) == ([9.75], [0.25])
+    assert event_agreement([[switch(9.25)], []], [10, 10], [0, 2], 10.0, 0.5).broken == 9.25
+
+
+def test_changes_of_states_are_near_within_the_errors_of_their_times():
+    """State 4 changes as in the companion, state 5 does so 0.25 later, state 6 near the end."""
+    t = np.array([1.0, 1.0 + 2**-50, 1.125, 1.375, 1.625, 9.0, 9.75])
+    runs = [((4, 1.0), (5, 1.125), (6, 9.875)), ((4, 1.0), (5, 1.375))]
+    near = near_toggles(runs, [0, 1], 10.0, 0.5, t)
+    assert {place: np.flatnonzero(flags).tolist() for place, flags in near.items()} == {
+        4: [0, 1],
+        5: [0, 1, 2, 3],
+        6: [6],
+    }
 
 
 def test_the_end_of_bounces():
