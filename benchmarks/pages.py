@@ -36,8 +36,8 @@ the output of
     python benchmarks/pages.py --docs docs/quality/pages.md
 
 The difference is that of the page's motion from the simulated one, over the scales of its numbers,
-at the scene's own settings. A motion that takes more than 200,000 steps is shown up to there, and
-the page says so: sliding along a kink, which the page does not follow, is one. A step is one of the
+at the scene's own settings. Where a page cannot continue its motion, it goes on with the simulated
+one and says from when on: it does not follow sliding along a kink. A step is one of the
 method of Runge and Kutta of order 4, in CPU time, of emitted JavaScript and of emitted C.
 
 """
@@ -190,7 +190,7 @@ def table(rows: list[dict[str, Any]]) -> list[str]:
         "with a message on the console, or a request": sum(bool(r["messages"]) for r in shown),
         "with an empty plot": len(empty),
         "whose motion a slider does not change": len(still),
-        "shown in part": f"{len(stuck)} {', '.join(stuck)}",
+        "continued as simulated": f"{len(stuck)} {', '.join(stuck)}",
         "largest difference": f"{worst['usual']['largest']:.1e} {Path(worst['file']).stem}",
         "median difference": f"{statistics.median(r['usual']['largest'] for r in whole):.1e}",
         "frames a second, median": f"{statistics.median(rates):.0f}",

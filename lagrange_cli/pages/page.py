@@ -181,6 +181,8 @@ def _data(
                 "rate": labels.symbol(f"dot({c.name})").plain,
                 "isAngle": c.is_angle,
                 "unit": _unit(labels, c.name),
+                "rateUnit": _unit(labels, f"dot({c.name})"),
+                "description": printable(c.description or ""),
                 "scales": [trajectory.scales.get(n, 1.0) for n in (c.name, f"dot({c.name})")],
             }
             for c in system.coordinates
@@ -190,6 +192,7 @@ def _data(
                 "name": state.name,
                 "symbol": labels.symbol(state.name).plain,
                 "unit": _unit(labels, state.name),
+                "description": printable(state.description or ""),
                 "scale": trajectory.scales.get(state.name, 1.0),
                 "hasTwoValues": state.switch is not None,
             }
@@ -265,10 +268,14 @@ def _words(say: Language) -> dict[str, str]:
         "twin": say("Twin that starts 10⁻⁶ beside it"),
         "parameters": say("Parameters"),
         "start": say("Start"),
-        "series": say("Coordinates over the time"),
+        "series": say("Coordinates over time"),
         "phase": say("Phase portrait"),
         "section": say("Poincaré section"),
         "sectionOf": say("where this coordinate passes its value upwards"),
+        "sectionAt": say("Value of the coordinate in the section"),
+        "rateOf": say("rate of {name}", name="{name}"),
+        "keys": say("Space plays and pauses, arrow keys step, Home returns to the start."),
+        "turning": say("Shift with an arrow key turns the view."),
         "drift": say("Change of the energy"),
         "drawing": say("Drawing of the system; drag a body to a new start at rest"),
         "copied": say("The address of this page holds all settings."),
@@ -287,5 +294,13 @@ def _words(say: Language) -> dict[str, str]:
         "computing": say("The motion is being computed."),
         "failed": say("The motion ends here: its equations have no solution beyond this state."),
         "slow": say("The motion takes too many steps; it is shown up to here."),
+        "unstarted": say(
+            "No motion starts with these values: nothing near them satisfies the constraints."
+        ),
+        "recorded": say(
+            "From t = {t} on the simulated motion is shown: this page cannot continue its own"
+            " there, as where a body sticks.",
+            t="{t}",
+        ),
         "apart": say("Distance of the twins"),
     }

@@ -1,14 +1,18 @@
 // Opens pages in a browser without a window and prints, for each, a line of JSON on what it did.
 //
-//   node drive.mjs BROWSER FILE...
+//   node drive.mjs BROWSER FILE... [--use FILE...]
+//
+// Pages behind --use are used by keys, mouse and address, too (use.mjs).
 
 import { createRequire } from 'node:module';
 import { pathToFileURL } from 'node:url';
+import { used } from './use.mjs';
 
 const require = createRequire(`${process.cwd()}/`);
 const { default: puppeteer } = await import(pathToFileURL(require.resolve('puppeteer-core')));
 
-const [executablePath, ...files] = process.argv.slice(2);
+const [executablePath, ...files] = process.argv.slice(2).filter((argument) => argument !== '--use');
+const isUsed = new Set(process.argv.includes('--use') ? process.argv.slice(process.argv.indexOf('--use')) : []);
 const browser = await puppeteer.launch({ executablePath, args: ['--no-sandbox', '--disable-gpu'] });
 
 /** How many of the pixels of a canvas have any colour. */
@@ -84,6 +88,8 @@ async function driven(file) {
   await page.goto(pathToFileURL(file).href);
   await finished(page);
   const usual = await state(page);
+  const use = isUsed.has(file) ? await used(browser, page, finished) : null;
+  if (use) return { file, messages, usual, use };
   const shown = { difference: await text(page, 'difference'), drift: await text(page, 'drift-word') };
   await page.click('#play');
   const shownFrames = await frames(page, 1000);

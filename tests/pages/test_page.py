@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -70,11 +71,14 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "rolling_disk": "rolling/rolling_disk",
             "seismometer": "oscillators/seismometer",
             "slider_with_play": "switching/slider_with_play",
+            "stick_slip_belt": "switching/stick_slip_belt",
         }.items()
     }
     scenes["hostile"] = loads(HOSTILE).derive()
     files = [written(derivation, folder / f"{name}.html") for name, derivation in scenes.items()]
-    return dict(zip(scenes, driven(files), strict=True))
+    (folder / "used.html").write_bytes((folder / "slider_crank.html").read_bytes())
+    rows = driven([*files, Path("--use"), folder / "used.html"])
+    return dict(zip([*scenes, "used"], rows, strict=True))
 
 
 @pytest.mark.parametrize(
@@ -115,6 +119,67 @@ def test_the_energy_drift_is_that_of_the_equations(pages):
     size = re.search(r"≤ (\S+)·10(\S+)", pages["double_pendulum"]["shown"]["drift"])
     digits = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
     assert float(size[1]) * 10 ** int(size[2].translate(digits)) < 1e-7
+
+
+def test_what_sticks_goes_on_as_it_was_simulated(pages):
+    """The block sticks to the belt from t = 0.38 on; the page shows the motion up to its end."""
+    page = pages["stick_slip_belt"]
+    assert page["messages"] == []
+    assert (page["usual"]["status"], page["usual"]["reached"]) == ("slow", 20)
+    assert "up to t = 0.3:" in page["shown"]["difference"]
+    assert page["usual"]["end"] == pytest.approx([0.153899735927069, 0.5], abs=1e-7)
+
+
+def test_each_control_has_a_name_and_its_unit(pages):
+    read = pages["used"]["use"]["read"]
+    assert all(name for _, name, _ in read)
+    names = {role: [n for r, n, _ in read if r == role] for role, _, _ in read}
+    assert len(set(names["slider"])) == len(names["slider"]) == 9
+    assert {"length of the crank, r, m", "rate of θ, rad/s"} <= {*names["slider"]} & {
+        *names["spinbutton"]
+    }
+    (keys,) = (told for role, _, told in read if role == "image" and told)
+    assert "Space plays and pauses" in keys
+
+
+def test_a_page_is_used_by_keys_alone(pages):
+    """Nothing moves before it is told to; Tab leads through the controls in their order."""
+    use = pages["used"]["use"]
+    keys = use["keys"]
+    assert keys["atRest"] == keys["home"] == 0
+    assert 0 < keys["played"] < keys["stepped"]
+    assert use["tabs"][:5] == ["drawing", "play", "step", "reset", "time"]
+
+
+def test_what_is_read_aloud_changes_seldom(pages):
+    spoken = pages["used"]["use"]["spoken"]
+    assert spoken["counted"] <= 2
+    assert re.fullmatch(r"Distance of the twins: \S+", spoken["apart"])
+
+
+def test_a_body_is_dragged_to_a_start_that_satisfies_the_constraints(pages):
+    mouse = pages["used"]["use"]["mouse"]
+    start = mouse["after"]["y"]
+    assert abs(start[0] - mouse["before"][0]) > 1e-3
+    assert start[2:] == [0, 0]
+    theta, x = start[:2]
+    rod = math.hypot(x - 0.1 * math.cos(theta), 0.1 * math.sin(theta))
+    assert rod == pytest.approx(0.25, abs=1e-12)
+
+
+def test_the_address_holds_all_settings(pages):
+    """Another tab has the start that was dragged to, and the twin."""
+    address = pages["used"]["use"]["address"]
+    assert address["both"][0] == address["both"][1]
+    assert address["twins"] == [True, True]
+
+
+def test_a_page_prints_without_controls_and_distortion(pages):
+    paper = pages["used"]["use"]["paper"]
+    assert len(paper["shapes"]) == 4
+    assert all(shown == pytest.approx(drawn, rel=0.01) for shown, drawn in paper["shapes"])
+    assert (paper["ranges"], paper["numbers"]) == (0, 8)
+    assert paper["pages"] > 10_000
 
 
 def test_no_text_of_a_scene_runs(pages):

@@ -53,11 +53,24 @@ function released() {
 }
 
 const KEYS = {
-  ' ': () => setPlaying(!view.isPlaying),
-  ArrowRight: () => stepBy(1),
-  ArrowLeft: () => stepBy(-1),
+  ' ': () => playOrPause(),
+  ArrowRight: (isShifted) => (isShifted ? turned(0.1, 0) : stepBy(1)),
+  ArrowLeft: (isShifted) => (isShifted ? turned(-0.1, 0) : stepBy(-1)),
+  ArrowUp: () => turned(0, 0.1),
+  ArrowDown: () => turned(0, -0.1),
   Home: () => goTo(span[0]),
 };
+
+/** Turn the view of a system in space. */
+function turned(azimuth, elevation) {
+  camera.turn(azimuth, elevation);
+  isMoved = true;
+}
+
+function playOrPause() {
+  if (view.t >= settings.until) view.t = span[0];
+  setPlaying(!view.isPlaying);
+}
 
 function stepBy(frames) {
   setPlaying(false);
@@ -84,6 +97,10 @@ function fill() {
   }
   for (const key of ['step', 'reset', 'link']) byId(key).textContent = words[key];
   byId('drawing').setAttribute('aria-label', words.drawing);
+  byId('keys').textContent = camera && !camera.isFlat ? `${words.keys} ${words.turning}` : words.keys;
+  byId('phase-of').setAttribute('aria-label', words.phase);
+  byId('section-of').setAttribute('aria-label', `${words.section}, ${words.sectionOf}`);
+  byId('section-at').setAttribute('aria-label', words.sectionAt);
   byId('drawing').hidden = !stage;
   for (const key of ['series', 'phase', 'drift', 'section']) byId(key).setAttribute('aria-label', words[key]);
   byId('section-rest').textContent = words.sectionOf;
@@ -113,10 +130,7 @@ function isVaried(k) {
 }
 
 function listen() {
-  byId('play').addEventListener('click', () => {
-    if (view.t >= settings.until) view.t = span[0];
-    setPlaying(!view.isPlaying);
-  });
+  byId('play').addEventListener('click', playOrPause);
   byId('step').addEventListener('click', () => stepBy(1));
   byId('reset').addEventListener('click', () => {
     Object.assign(settings, { p: [...usual.p], y: [...usual.y], until: usual.until });
@@ -135,8 +149,16 @@ function listen() {
   });
   byId('twin').addEventListener('change', restart);
   byId('link').addEventListener('click', () => {
-    navigator.clipboard?.writeText(location.href);
-    byId('state').textContent = words.copied;
+    navigator.clipboard?.writeText(location.href).catch(() => {});
+    view.notice = words.copied;
+    isMoved = true;
+  });
+  for (const id of CONTROLS) byId(id).addEventListener('change', remember);
+  window.addEventListener('hashchange', () => {
+    fromAddress();
+    view.speed = Number(byId('speed').value);
+    byId('until').value = settings.until;
+    changed();
   });
   byId('trace').addEventListener('change', () => { isMoved = true; });
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
@@ -160,14 +182,18 @@ function listenToDrawing(canvas) {
   canvas.addEventListener('pointerup', released);
   canvas.addEventListener('pointercancel', () => { [view.drag, isMoved] = [null, true]; });
   canvas.addEventListener('keydown', (event) => {
-    if (!KEYS[event.key]) return;
+    const isVertical = event.key === 'ArrowUp' || event.key === 'ArrowDown';
+    const isOther = event.ctrlKey || event.altKey || event.metaKey || (isVertical && !event.shiftKey);
+    if (!KEYS[event.key] || isOther) return;
     event.preventDefault();
-    KEYS[event.key]();
+    KEYS[event.key](event.shiftKey);
   });
 }
 
 fill();
+for (const id of CONTROLS) usualControls[id] = stateOf(id);
 fromAddress();
+view.speed = Number(byId('speed').value);
 fitCamera();
 restart();
 shown.forEach((show) => show());
@@ -178,6 +204,7 @@ requestAnimationFrame(frame);
 
 /** What the page shows, for whoever drives it. */
 globalThis.lagrangePage = {
+  pixels: () => data.stage.bodies.flatMap(({ kind }, k) => (kind === 'mass' ? [camera.pixel(view.places[k])] : [])),
   state: () => ({
     t: view.t,
     y: [...motion.at(Math.min(view.t, motion.reached))],

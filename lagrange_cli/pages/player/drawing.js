@@ -324,28 +324,37 @@ function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
     ...bodyParts(stage, pixels, depths, ink, colours.of(colour)),
   ];
   painter.parts(sorted(parts));
-  if (isNamed) drawNames(painter, stage.stage.bodies, pixels, ink);
+  if (isNamed) drawNames(painter, stage.stage, pixels, ink);
   return places;
 }
 
 /** Where a name may stand from its body: right or left of it, above or below. */
 const CORNERS = [[9, -9], [9, 19], [-9, -9], [-9, 19]];
 
-/** Write names beside bodies, each at the first corner where no other stands; else not at all. */
-function drawNames(painter, bodies, pixels, colour) {
+/** Write names beside bodies, each at a corner where no line and no other name stands; else not at all. */
+function drawNames(painter, { bodies, links }, pixels, colour) {
   const taken = [];
   bodies.forEach(({ name }, k) => {
     if (!name) return;
     const width = painter.widthOf(name);
+    const ways = links.filter(({ ends }) => ends.includes(k))
+      .map(({ ends: [a, b] }) => pixels[a === k ? b : a].map((x, i) => x - pixels[k][i]));
     const corners = CORNERS.map(([right, below]) => ({
       x: pixels[k][0] + right - (right < 0 ? width : 0), y: pixels[k][1] + below, width,
+      isCrossed: ways.some((way) => isBetween(way, [right + Math.sign(right) * width, below])),
     }));
-    const free = corners.find((a) => taken.every((b) => Math.abs(a.y - b.y) > 13
-      || a.x > b.x + b.width || b.x > a.x + a.width));
+    const isFree = (a) => taken.every((b) => Math.abs(a.y - b.y) > 13
+      || a.x > b.x + b.width || b.x > a.x + a.width);
+    const free = corners.find((a) => !a.isCrossed && isFree(a)) ?? corners.find(isFree);
     if (!free) return;
     taken.push(free);
     painter.text(name, [free.x, free.y], colour);
   });
+}
+
+/** Say whether a line from a body goes through the corner of which an end is given. */
+function isBetween([x, y], [right, below]) {
+  return x * right > 0 && y * below > 0 && Math.abs(y * right) < 3 * Math.abs(below * x);
 }
 
 function linkParts(stage, scene, pixels, camera, colour) {

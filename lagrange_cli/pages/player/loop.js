@@ -12,7 +12,9 @@ function usualSpeed() {
   return seconds >= 1 && seconds <= 60 ? 1 : seconds / 10;
 }
 
-const view = { t: span[0], isPlaying: false, speed: usualSpeed(), last: 0, redrawn: 0, marked: 0, drag: null };
+const view = {
+  t: span[0], isPlaying: false, speed: usualSpeed(), last: 0, redrawn: 0, marked: 0, drag: null, notice: '',
+};
 
 // A scene that says of nothing where it is has plots, and no drawing.
 const stage = data.stage && new Stage(data.stage, usual.p);
@@ -54,7 +56,7 @@ function restart() {
 /** Compare with the simulated motion, or with a finer run, as far as both have come. */
 function compare() {
   const other = finer ?? { reached: span[1] };
-  const reached = Math.min(motion.reached, other.reached);
+  const reached = Math.min(motion.own ?? motion.reached, other.reached);
   const times = finer ? evenly(200) : simulatedTimes;
   for (; compared < times.length && times[compared] <= reached; ++compared) {
     const t = times[compared];
@@ -193,6 +195,10 @@ function drawDrift() {
   const every = Math.max(1, Math.ceil(motion.segments.length / MOST_POINTS));
   const shownSteps = motion.segments.flatMap((_, k) => (k % every ? [] : [k]));
   const points = shownSteps.map((k) => [motion.times[k], motion.energyOf(k) - motion.energyOf(0)]);
+  if (points.length) {
+    const end = system.energy(motion.reached, motion.state, motion.p);
+    points.push([motion.reached, end - motion.energyOf(0)]);
+  }
   plot(painters.drift, [{ colour: COLOURS[3], points }]);
   const worst = points.reduce((most, [, value]) => Math.max(most, Math.abs(value)), 0);
   byId('drift-word').textContent = `${words.drift}: |Δ${data.energy}| ≤ ${shortly(worst, 2)}`;
@@ -246,6 +252,11 @@ function compute() {
   const growing = [motion, twin, finer].filter((run) => run?.status === 'running');
   const share = (view.isPlaying ? SHARED : ALONE) / growing.length;
   for (const run of growing) run.advance(share);
+  // A motion that sticks where forces jump, or a singular one, goes on as it was simulated.
+  const hasEnded = ['slow', 'failed'].includes(motion.status) && motion.segments.length;
+  if (hasEnded && isUsual() && motion.own === undefined && settings.until <= span[1]) {
+    motion.goOnWith(simulatedTimes, simulatedColumns);
+  }
   isGrown ||= growing.length > 0;
   return growing.length > 0;
 }
@@ -270,12 +281,21 @@ function drawBeside(now, isGrowing, wasMoved) {
 function tell() {
   compare();
   const said = { running: words.computing, failed: words.failed, slow: words.slow, done: '' };
-  const lines = [data.undrawn, data.simulated.reason, said[motion.status]];
-  if (twin) {
-    const t = Math.min(view.t, motion.reached, twin.reached);
-    lines.push(`${words.apart}: ${shortly(difference(motion.at(t), twin.at(t), scales), 2)}`);
-  }
-  byId('state').textContent = lines.filter(Boolean).join(' ');
+  const isStart = motion.status === 'failed' && !motion.segments.length;
+  const ended = isStart ? words.unstarted : said[motion.status];
+  const own = motion.own === undefined ? ended : words.recorded.replace('{t}', shortly(motion.own));
+  announce([data.undrawn, data.simulated.reason, own, view.notice]);
+  byId('apart').hidden = !twin;
+  if (!twin) return;
+  const t = Math.min(view.t, motion.reached, twin.reached);
+  const distance = shortly(difference(motion.at(t), twin.at(t), scales), 2);
+  byId('apart').textContent = `${words.apart}: ${distance}`;
+}
+
+/** Say what has changed, and nothing where the same is said already: it is read aloud. */
+function announce(lines) {
+  const text = lines.filter(Boolean).join(' ');
+  if (byId('state').textContent !== text) byId('state').textContent = text;
 }
 
 function setPlaying(isPlaying) {
@@ -285,8 +305,14 @@ function setPlaying(isPlaying) {
 
 /** Begin anew after settings were changed. */
 function changed() {
+  view.notice = '';
   restart();
   view.t = span[0];
   shown.forEach((show) => show());
+  remember();
+}
+
+/** Write the settings into the address. */
+function remember() {
   history.replaceState(null, '', addressed());
 }

@@ -23,6 +23,9 @@ const DENSE = [
 
 const MOST_STEPS = 200000;
 
+/** Steps in which a motion has to come on by a part of its time, or it will not end. */
+const [WATCHED, LEAST] = [20000, 1e-4];
+
 /** Events in a part of the motion, beyond which ever shorter bounces end; and such parts in all. */
 const [MOST_BOUNCES, PARTS] = [50, 10000];
 
@@ -137,7 +140,36 @@ class Motion {
     else this.pass(t, h, end, k[6]);
     if (this.status === 'failed') return;
     if (this.reached >= this.until) this.status = 'done';
-    else if (this.segments.length >= MOST_STEPS) this.status = 'slow';
+    else if (this.segments.length >= MOST_STEPS || this.isStuck()) this.status = 'slow';
+  }
+
+  /** Say whether the last steps came on by hardly anything. */
+  isStuck() {
+    const since = this.segments.length - WATCHED;
+    return since >= 0 && since % WATCHED === 0
+      && this.reached - this.times[since] < LEAST * (this.until - this.from);
+  }
+
+  /**
+   * Go on with a known motion where this one has ended: cubics through its coordinates and their
+   * rates, straight lines through the other numbers.
+   */
+  goOnWith(times, columns) {
+    const coordinates = columns.length >= 2 * count ? count : 0;
+    this.own = this.reached;
+    times.forEach((t, k) => {
+      if (!(t > this.reached)) return;
+      const h = t - this.reached;
+      const end = Float64Array.from(columns, (column) => column[k]);
+      const { state } = this;
+      const change = end.map((value, i) => value - state[i]);
+      const bend = (value, i, rate) => (i < coordinates ? h * rate[count + i] - value : 0);
+      const begun = change.map((value, i) => bend(value, i, state));
+      const bent = change.map((value, i) => -bend(value, i, end) - begun[i]);
+      this.segments.push({ h, parts: [state, change, begun, bent, new Float64Array(end.length)] });
+      this.times.push(t);
+      this.state = end;
+    });
   }
 
   /** Go on behind a step without events. */

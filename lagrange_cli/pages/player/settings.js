@@ -21,7 +21,9 @@ const scales = [
 /** Name, symbol and unit of each number of a state: coordinates, velocities, states of first order. */
 const numbers = [
   ...data.coordinates,
-  ...data.coordinates.map(({ name, symbol, rate }) => ({ name: `dot(${name})`, symbol, spoken: rate, isRate: true })),
+  ...data.coordinates.map(({ name, symbol, rateUnit }) => ({
+    name: `dot(${name})`, symbol, unit: rateUnit, spoken: words.rateOf.replace('{name}', symbol), isRate: true,
+  })),
   ...data.states,
 ];
 
@@ -61,7 +63,8 @@ function slider(parent, given, list, k, [low, high]) {
   after.textContent = unit ?? '';
   Object.assign(range, { type: 'range', min: low, max: high, step: hasTwoValues ? 1 : 'any' });
   Object.assign(number, { type: 'number', step: 'any' });
-  number.setAttribute('aria-label', spoken ?? symbol);
+  const said = [description, spoken ?? symbol, unit].filter(Boolean).join(', ');
+  for (const input of [range, number]) input.setAttribute('aria-label', said);
   const show = () => {
     range.value = settings[list][k];
     number.value = Number(settings[list][k].toPrecision(6));
@@ -101,20 +104,42 @@ function addressed() {
     ...numbers.flatMap(({ name }, k) => differing(`y.${name}`, settings.y[k], usual.y[k])),
     ...differing('until', settings.until, usual.until),
   ];
-  return parts.length ? `#${parts.join('&')}` : location.pathname;
+  const all = [...parts, ...CONTROLS.flatMap((id) => differing(id, stateOf(id), usualControls[id]))];
+  return all.length ? `#${all.join('&')}` : location.pathname;
 }
 
 function differing(name, value, known) {
   return value === known ? [] : [`${encodeURIComponent(name)}=${value}`];
 }
 
+/** Controls that the address holds beside parameters and starts, and their usual states. */
+const CONTROLS = ['speed', 'trace', 'twin', 'phase-of', 'section-on', 'section-of', 'section-at'];
+const usualControls = {};
+
+function stateOf(id) {
+  const control = byId(id);
+  return control.type === 'checkbox' ? Number(control.checked) : Number(control.value);
+}
+
+/** Put a control into a state of the address; states that it cannot have leave it as it is. */
+function setControl(id, value) {
+  const control = byId(id);
+  if (control.type === 'checkbox') control.checked = value !== 0;
+  else if (!control.options || [...control.options].some((entry) => Number(entry.value) === value)) {
+    control.value = value;
+  }
+}
+
 /** Take the settings that the address holds; names and numbers that it should not are passed over. */
 function fromAddress() {
+  Object.assign(settings, { p: [...usual.p], y: [...usual.y], until: usual.until });
+  for (const id of CONTROLS) setControl(id, usualControls[id]);
   for (const part of location.hash.slice(1).split('&')) {
     const [name, text] = part.split('=').map(decodedText);
     const value = Number(text);
     if (!text || !Number.isFinite(value)) continue;
     if (name === 'until' && value > span[0]) settings.until = value;
+    if (CONTROLS.includes(name)) setControl(name, value);
     const p = data.parameters.findIndex((parameter) => name === `p.${parameter.name}`);
     if (p >= 0) settings.p[p] = value;
     const y = numbers.findIndex((number) => name === `y.${number.name}`);
