@@ -162,13 +162,20 @@ def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def product(factors: Sequence[sp.Expr]) -> sp.Expr:
-    """Multiply; different symbols and powers of sums are only sorted."""
-    numbers = [f for f in factors if f.is_Rational]
-    others = [f for f in factors if not f.is_Rational]
-    if 0 in numbers or not all(f.is_Symbol or _is_power_of_sum(f) for f in others):
+    """Multiply; different symbols, their powers and those of sums are only sorted."""
+    parts = [part for f in factors for part in (f.args if f.is_Mul else (f,))]
+    numbers = [part for part in parts if part.is_Rational]
+    others = [part for part in parts if not part.is_Rational]
+    if 0 in numbers or not all(f.is_Symbol or _is_plain_power(f) for f in others):
         return sp.Mul(*factors)
     return monomial(sp.Mul(*numbers), others)
 
 
-def _is_power_of_sum(factor: sp.Expr) -> bool:
-    return bool(factor.is_Pow and factor.base.is_Add and symbols_in(factor.base))
+def _is_plain_power(factor: sp.Expr) -> bool:
+    """Tell whether a factor is a power of a sum with symbols, or an integer power of a symbol."""
+    if not factor.is_Pow:
+        return False
+    base, exponent = factor.args
+    if base.is_Symbol:
+        return bool(exponent.is_Integer)
+    return bool(base.is_Add and symbols_in(base))

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import sympy as sp
 
+from lagrange_cli.mechanics.algebra.arithmetic import plain_sum
 from lagrange_cli.mechanics.depiction import BodyOutline
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.elements.motion import ElementMotion, QuaternionParts, Turning
@@ -56,14 +57,14 @@ def body_outlines(reduced: Reduced, motions: Iterable[ElementMotion]) -> Iterato
             rows = (turning.rotation[k : k + 3] for k in (0, 3, 6))
             x, y, z = (
                 # SymPy would ask whether a long entry times zero is finite.
-                sum((r * v for r, v in zip(row, vector, strict=True) if v != 0), _ZERO)
+                plain_sum(r * v for r, v in zip(row, vector, strict=True) if v != 0)
                 for row in rows
             )
             return x, y, z
 
         centre = [_value(reduced, part) for part in body.centre or ()]
         back = in_space([-part for part in centre]) if centre else (_ZERO, _ZERO, _ZERO)
-        x, y, z = (place + part for place, part in zip(motion.position, back, strict=True))
+        x, y, z = map(plain_sum, zip(motion.position, back, strict=True))
         shape = body.shape or (touching.get(body.name) if body.centre is None else None)
         spans = () if shape is None else tuple(map(in_space, _spans(reduced, shape)))
         kind = None if shape is None else shape.kind

@@ -8,7 +8,7 @@ feasible configurations; counts alone decide nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Literal
 
@@ -60,8 +60,9 @@ def balanced_account(
     """
     names, elimination = geometry.names, geometry.elimination
     _require_solutions(geometry, points, holding)
-    _require_independent(geometry, points, closure_numbers)
-    extra = _extra(geometry, points)
+    spinning = _spinning(geometry)
+    _require_independent(geometry, points, closure_numbers, spinning)
+    extra = _extra(geometry, points, spinning)
     dependent: dict[int, tuple[int, ...]] = {}
     if elimination.pending:
         phis = [_on_points(names, s.phi) for s in elimination.stated]
@@ -201,7 +202,10 @@ def _account(
 
 
 def _require_independent(
-    geometry: Geometry, points: Sequence[SymbolValues], closure_numbers: Sequence[int]
+    geometry: Geometry,
+    points: Sequence[SymbolValues],
+    closure_numbers: Sequence[int],
+    spinning: Set[sp.Symbol],
 ) -> None:
     """Refuse coordinates that move the particles in fewer independent ways than there are.
 
@@ -213,7 +217,7 @@ def _require_independent(
     closures = [pending[k][0] - pending[k][1] for k in closure_numbers]
     moving = geometry.moving(closures)
     r += closures
-    r += _spinning(geometry, moving)
+    r += [q for q in moving if q in spinning]
     null = _unmoved(r, moving, points)
     if null is None:
         return
@@ -227,12 +231,12 @@ def _require_independent(
     )
 
 
-def _extra(geometry: Geometry, points: Sequence[SymbolValues]) -> int:
+def _extra(geometry: Geometry, points: Sequence[SymbolValues], spinning: Set[sp.Symbol]) -> int:
     """E: the number of independent changes of the coordinates that move no particle or body."""
     moving = geometry.moving()
     solved = _further(geometry) - {*geometry.coordinates}
     outside = len(geometry.coordinates) - len(moving) + len(solved)
-    if not _spinning(geometry, moving):
+    if spinning.isdisjoint(moving):
         return outside
     null = _unmoved(geometry.places, moving, points)
     return outside + (0 if null is None else len(null))
@@ -257,7 +261,7 @@ def _placing(geometry: Geometry) -> set[sp.Symbol]:
     return seen.intersection(geometry.names.dependent)
 
 
-def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.Symbol]:
+def _spinning(geometry: Geometry) -> Set[sp.Symbol]:
     """Coordinates whose rates stand in the section ``kinetic``, directly or through names."""
     names, t = geometry.names, geometry.names.t
     rates = {q: sp.Dummy(real=True) for q in geometry.coordinates}
@@ -271,7 +275,7 @@ def _spinning(geometry: Geometry, coordinates: Sequence[sp.Symbol]) -> list[sp.S
     symbols, meanings = set[sp.Symbol](), dict[str, sp.Expr]()
     for term in names.scene.kinetic:
         symbols |= symbols_in(names.convert(term.expression, rate, meanings))
-    return [q for q in coordinates if rates[q] in symbols]
+    return {q for q, rate_of_q in rates.items() if rate_of_q in symbols}
 
 
 def _unmoved(
