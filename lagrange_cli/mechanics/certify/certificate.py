@@ -372,7 +372,7 @@ def _compared(
         residuals,
         (to_mpf(energy), to_mpf(terms)),
         _doubles(gradients),
-        _beyond(mass),
+        _beyond(mass, to_mpf(least)),
     )
 
 
@@ -395,11 +395,14 @@ def _looked_at_closely(
         return _look(tapes, closures, point, known, thorough=thorough, least=least)
 
 
-def _beyond(rows: Sequence[DecimalRow]) -> tuple[int, mpf] | None:
-    """Find the first number on the diagonal that is neither 0 nor a double with all its digits."""
+def _beyond(rows: Sequence[DecimalRow], least: mpf) -> tuple[int, mpf] | None:
+    """Find the first number on the diagonal that is neither 0 nor a double with all its digits.
+
+    Numbers up to ``least`` count as 0.
+    """
     for j, row in enumerate(rows):
         size = to_mpf(abs(row.get(j, _NONE)))
-        if size and not _RANGE[0] <= size <= _RANGE[1]:
+        if size > least and not _RANGE[0] <= size <= _RANGE[1]:
             return j, size
     return None
 

@@ -40,6 +40,15 @@ def test_equations_of_thirty_joints_in_space_are_certified() -> None:
     assert count_operations(program).total < 16_000
 
 
+@pytest.mark.parametrize("terms", [0, 25])
+def test_a_rod_that_turns_about_itself_is_refused_at_its_coordinate(
+    terms: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(body_recursion, "CHAIN_TERMS", terms)
+    with pytest.raises(InputError, match="coordinate 'q3' has no inertia of its own"):
+        derive(read_text(chain_of_bodies(4, "zxy")))
+
+
 def test_a_steady_spin_about_the_vertical_is_conserved_by_a_long_chain() -> None:
     text = chain_of_bodies(9, "zxy")
     conserved = derive(read_text(text)).derivation.conserved
