@@ -36,7 +36,7 @@ from lagrange_cli.program.solvers.sensitivities import (
     state_rates,
     with_sensitivities,
 )
-from lagrange_cli.program.systems.agreement import articulated_tree
+from lagrange_cli.program.systems.agreement import articulated_tree, composite_chain
 from lagrange_cli.program.systems.constraint_systems import (
     CANONICAL_OUTPUTS,
     CANONICAL_SYSTEMS,
@@ -131,6 +131,12 @@ class Program:
         names = {variable.name for variable in variables(*operands)}
         return frozenset(names - {name for name, _ in self.assignments})
 
+    @property
+    def composite_numbers(self) -> int:
+        """The number of outputs that a mass matrix is multiplied out of; 0 if it is one itself."""
+        is_whole = self.kind is not ProgramKind.MATRIX or "mass_matrix" in dict(self.outputs)
+        return 0 if is_whole or self.parts else len(self.results_in_order)
+
     def output(self, name: str) -> tuple[Operand, ...]:
         """The operands of one output."""
         return dict(self.outputs)[name]
@@ -205,6 +211,9 @@ def _built(equations: Equations, outputs: Sequence[str], *, loops: bool) -> Prog
     energy = _of_energy(equations) if tuple(outputs) == ("energy",) else None
     if energy is not None:
         return energy
+    columns = _of_chain(equations) if tuple(outputs) == ("mass_matrix",) else None
+    if columns is not None:
+        return columns
     takes = not _OF_DERIVATION.isdisjoint(outputs)
     return _grouped(_written(equations, outputs, direct=takes and _is_direct(equations)))
 
@@ -295,6 +304,17 @@ def _of_energy(equations: Equations) -> Program | None:
         if count >= count_operations(shown).total:
             return _grouped(shown)
     return _grouped(replace(program, kind=ProgramKind.ENERGY)) if direct.agrees() else None
+
+
+def _of_chain(equations: Equations) -> Program | None:
+    """Build the program of M from composite bodies, if these are a long chain."""
+    values = ValueGraph(_inputs(equations))
+    columns = composite_chain(values, equations, SYSTEMS["acceleration"](equations))
+    if columns is None:
+        return None
+    wanted = list(columns._asdict().items())
+    program = _grouped(_ordered(values, equations, wanted, ()))
+    return replace(program, kind=ProgramKind.MATRIX, results=program.coordinates**2)
 
 
 def _written(equations: Equations, outputs: Sequence[str], *, direct: bool) -> Program:

@@ -190,7 +190,7 @@ class _Lowering:
             return self._pivots()
         if isinstance(part, Zeros):
             return [zeros(part)]
-        if isinstance(part, LocalArray | Solve):
+        if isinstance(part, LocalArray | Solve | For):
             return [part]
         remark = part.remark if isinstance(part, Stores) else ""
         looped = any(isinstance(item, LoopNest) for item in items)

@@ -18,11 +18,20 @@ from lagrange_cli.program.graph.operands import (
     Constant,
     Element,
     Operand,
+    Product,
+    Sum,
     Variable,
 )
 from lagrange_cli.program.graph.statement_groups import Assignment, dependents
 from lagrange_cli.program.kinds import STATE_RATES, ProgramKind
-from lagrange_cli.program.lowered.functions import RESULTS, LocalArray, Solve
+from lagrange_cli.program.lowered.functions import (
+    RESULTS,
+    For,
+    LocalArray,
+    Solve,
+    Step,
+    Store,
+)
 from lagrange_cli.program.program import Program
 from lagrange_cli.program.solvers.blocks import MatrixBlock
 from lagrange_cli.program.solvers.jacobians import ColumnBlock
@@ -57,11 +66,18 @@ class Pivots:
     """Tests of the pivots of unrolled blocks."""
 
 
-Part: TypeAlias = Stores | Assignments | Pivots | Zeros | LocalArray | Solve
+Part: TypeAlias = Stores | Assignments | Pivots | Zeros | LocalArray | Solve | For
 
 _ZERO = Constant(Fraction(0))
 
 _COLUMNS = "Right-hand sides, a column for each number by which is differentiated."
+
+#: Array of numbers of composite bodies → what these are.
+_COMPOSITE = {
+    "axes": "Axes of the joints.",
+    "steps": "Places of the joints, each from that of the joint before it.",
+    "momenta": "Momentum, and moment of momentum, of all that a joint carries in its unit motion.",
+}
 
 _RIGHT = "Right-hand sides: of the coordinates, then of the closures."
 
@@ -97,8 +113,41 @@ def _in_order(program: Program) -> list[Statement]:
 
 def _matrix(program: Program) -> list[Part]:
     n = program.coordinates
+    if program.composite_numbers:
+        return _composite(program)
     upper = _upper(RESULTS, n, n, program.output("mass_matrix"))
     return [Stores(upper, "Upper triangle, by rows."), Stores(_mirrored(RESULTS, "o", n))]
+
+
+def _composite(program: Program) -> list[Part]:
+    """Multiply the momenta of composite bodies by the axes below them, column by column."""
+    n, start = program.coordinates, 0
+    parts: list[Part] = []
+    for name, operands in program.outputs:
+        parts.append(LocalArray(name, (len(operands),), start))
+        parts.append(Stores(_counted(name, operands), _COMPOSITE[name]))
+        start += len(operands)
+    width = len(program.output("axes")) // n
+
+    def joint(array: str, size: int, k: int) -> Element:
+        """Number k of the joint of a row, which a column is gone down to."""
+        return Element(array, AffineIndex(k, (size, -size)))
+
+    # F, then N, at the joint of the column.
+    force, torque = (
+        [Element("momenta", AffineIndex(k + first, (6,))) for k in range(3)] for first in (0, 3)
+    )
+    pairs = zip((joint("axes", width, k) for k in range(width)), (*torque, *force), strict=False)
+    upper = Element(RESULTS, AffineIndex(0, (n + 1, -n)))
+    lower = Element(RESULTS, AffineIndex(0, (n + 1, -1)))
+    steps: list[Step] = [
+        Store(upper, Sum(tuple((1, Product(pair, ())) for pair in pairs))),
+        Store(lower, upper),
+    ]
+    for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        plus, minus = (Product((joint("steps", 3, a), force[b]), ()) for a, b in ((i, j), (j, i)))
+        steps.append(Store(torque[k], Sum(((1, torque[k]), (1, plus), (-1, minus)))))
+    return [*parts, For(AffineIndex(n), (For(AffineIndex(1, (1,)), tuple(steps)),))]
 
 
 def _upper(array: str, n: int, width: int, operands: Sequence[Operand]) -> list[Statement]:

@@ -32,6 +32,8 @@ def solver_workspace(program: Program) -> int:
     """Return numbers of workspace that the solvers of a program take."""
     if program.jacobian is not None:
         return program.jacobian.workspace
+    if program.composite_numbers:
+        return program.composite_numbers
     return _largest(program.blocks)
 
 

@@ -9,6 +9,7 @@ further right-hand sides of them. Trees of bodies are solved from their ends inw
 __all__ = [
     "articulated_bodies",
     "blocks",
+    "composite_bodies",
     "jacobians",
     "sensitivities",
     "sparse_factorization",

@@ -29,6 +29,7 @@ from lagrange_cli.mechanics.dynamics.solve_exactly import ExactSolution, solve_e
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.program.graph.value_graph import ONE, InputNode, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.articulated_bodies import solve_tree
+from lagrange_cli.program.solvers.composite_bodies import inertia_of_motions
 from lagrange_cli.program.solvers.sparse_factorization import (
     bandwidth,
     elimination_order,
@@ -167,7 +168,7 @@ def solve_blocks(
     With ``tree``, whose mass matrix is proven positive definite, all are one unrolled block.
     """
     if tree is not None:
-        return _by_articulated_bodies(values, equations, system, tree)
+        return _by_articulated_bodies(values, system, tree)
     facts = equations.derivation.facts
     matrix = inertia_rows(values, equations)
     gradients = converted_rows(values, [gradient for gradient, _ in system.closures])
@@ -203,20 +204,20 @@ def solve_blocks(
 
 
 def _by_articulated_bodies(
-    values: ValueGraph, equations: Equations, system: MassMatrixSystem, tree: BodyTree
+    values: ValueGraph, system: MassMatrixSystem, tree: BodyTree
 ) -> tuple[tuple[MatrixBlock, ...], list[tuple[str, list[ScaledNode]]]]:
     """Blocks and outputs of a tree of bodies; the first pivot is that in which nothing cancels."""
     solved = solve_tree(values, tree, [values.convert(e) for e in system.right])
-    rows = equations.system.mass_matrix
+    scales = inertia_of_motions(values, tree)
     order = [*reversed(solved.pivots)]
     outputs = [
-        ("acceleration", [solved.solution[i] for i in range(len(rows))]),
+        ("acceleration", [solved.solution[i] for i in range(len(order))]),
         ("pivots", [solved.pivots[i] for i in order]),
-        ("scales", [values.convert(rows[i][i]) for i in order]),
+        ("scales", [scales[i] for i in order]),
         ("dense_matrix", []),
         ("dense_forcing", []),
     ]
-    return (MatrixBlock(tuple(range(len(rows))), unrolled=True, definite=True),), outputs
+    return (MatrixBlock(tuple(range(len(order))), unrolled=True, definite=True),), outputs
 
 
 def inertia_rows(values: ValueGraph, equations: Equations) -> _Rows:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, localcontext
 from fractions import Fraction
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -15,6 +16,12 @@ from lagrange_cli.program.graph.derivatives import evaluated
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.articulated_bodies import solve_tree
+from lagrange_cli.program.solvers.composite_bodies import (
+    ChainColumns,
+    chain_columns,
+    is_chain,
+    upper_triangle,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -117,6 +124,9 @@ _SAME = 1e-12
 #: Whether articulated bodies give the accelerations of the certificate, by sources.
 _ARTICULATED: WeakKeyDictionary[DerivationSources, bool] = WeakKeyDictionary()
 
+#: Whether composite bodies give the inertia of the certificate, by sources.
+_COMPOSITE: WeakKeyDictionary[DerivationSources, bool] = WeakKeyDictionary()
+
 
 def articulated_tree(
     values: ValueGraph, equations: Equations, system: MassMatrixSystem
@@ -134,6 +144,41 @@ def articulated_tree(
         is_whole = set(tree.coordinates) == set(range(n))
         _ARTICULATED[sources] = is_whole and _accelerates(values.copy(), equations, sources, tree)
     return tree if _ARTICULATED[sources] else None
+
+
+def composite_chain(
+    values: ValueGraph, equations: Equations, system: MassMatrixSystem
+) -> ChainColumns | None:
+    """Return what the columns of M follow from, of a chain that articulated bodies solve."""
+    tree, sources = articulated_tree(values, equations, system), equations.derivation.sources
+    if tree is None or sources is None or not is_chain(tree):
+        return None
+    columns = chain_columns(values, tree)
+    if sources not in _COMPOSITE:
+        _COMPOSITE[sources] = _carries(values, equations, sources, columns)
+    return columns if _COMPOSITE[sources] else None
+
+
+def _carries(
+    values: ValueGraph, equations: Equations, sources: DerivationSources, columns: ChainColumns
+) -> bool:
+    """Tell whether M a − f is what the certificate has for it, with M by its columns."""
+    forcing = [values.convert(f) for f in equations.system.forcing]
+    numbers = iter(at_certificate(values, [*chain(*columns), *forcing], equations))
+    in_digits = ChainColumns(*(list(islice(numbers, len(part))) for part in columns))
+    motion = [_decimal(sources.state[c.a]) for c in equations.system.coordinates]
+    with localcontext(DECIMALS):
+        sums = [-f for f in numbers]
+        sizes = list(map(abs, sums))
+        for row, column, entry in upper_triangle(in_digits):
+            for i, j in {(row, column), (column, row)}:
+                sums[i] += entry * motion[j]
+                sizes[i] += abs(entry * motion[j])
+    rows = zip(sums, sizes, sources.residuals, strict=True)
+    return all(
+        abs(float(total) - float(residual)) <= _SAME * float(size)
+        for total, size, (residual, _) in rows
+    )
 
 
 def _accelerates(

@@ -10,10 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from lagrange_cli import load
+from lagrange_cli import load, loads
 from lagrange_cli.emit.languages.interface import interface_of
+from lagrange_cli.mechanics.dynamics import body_recursion
 from lagrange_cli.program.lowered.functions import Solve
 from lagrange_cli.program.lowered.routines.registry import ROUTINES
+from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems import agreement
 from tests.emit.languages.c_and_python import Python
 from tests.emit.languages.cases import CASES, MORE, built
 from tests.emit.languages.cpp import Cpp
@@ -85,6 +88,32 @@ def test_functions_agree_with_the_equations(driver, names, tmp_path):
 def test_functions_of_other_systems_agree_with_the_equations(driver, names, tmp_path):
     driver.require()
     _agree(driver, [built(name) for name in names], tmp_path)
+
+
+#: Two turns of a body, a frame without joints, a body that slides, another that turns.
+CHAIN = """
+name: chain_of_bodies
+parameters: {m: 1.25, l: 0.5, g: 9.81}
+frames:
+  foot: {on: a, at: [0, 0.1, -l]}
+bodies:
+  a: {turn: [z: p, x: q], centre: [0.1, 0, -l/2], mass: m, inertia: [0.02, 0.03, 0.01]}
+  b: {on: foot, at: [r, 0, -l], turn: [y: 0.3], mass: 2*m, inertia: [0.02, 0.03, 0.01]}
+  c: {on: b, at: [0, l, 0], turn: [y: s], centre: [0, 0, -l/2], mass: m, inertia: {rod: l}}
+coordinates: [p, q, r, s]
+potentials: {weight: {gravity: g}}
+"""
+
+
+@pytest.mark.slow
+@every_language
+def test_loops_make_the_mass_matrix_of_a_chain_of_bodies(driver, tmp_path, monkeypatch):
+    driver.require()
+    monkeypatch.setattr(body_recursion, "CHAIN_TERMS", 0)
+    monkeypatch.setattr(agreement, "FEWEST_ARTICULATED", 1)
+    equations = loads(CHAIN).derive().equations
+    assert build_program(equations, ["mass_matrix"]).composite_numbers
+    _agree(driver, [equations], tmp_path)
 
 
 #: Of one degree of freedom; unrolled; with closures of positions and of velocities; with inputs;
