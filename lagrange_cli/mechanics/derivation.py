@@ -15,7 +15,7 @@ from lagrange_cli.errors import (
 from lagrange_cli.mechanics.assembly import assemble
 from lagrange_cli.mechanics.certify.certificate import certify, explained
 from lagrange_cli.mechanics.certify.facts import open_questions, proven_evidence
-from lagrange_cli.mechanics.diagnosis.errors import require_particles_alone, require_size
+from lagrange_cli.mechanics.diagnosis.errors import require_size
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified, derive_uncertified
 from lagrange_cli.mechanics.dynamics.singular_configurations import singular_configurations
 from lagrange_cli.mechanics.equations import Equations
@@ -69,8 +69,6 @@ def derive(
         The derivation failed its certificate.
     """
     require_size(scene)
-    if steps is not None:
-        require_particles_alone(scene)
     with explained(scene):
         return _in_formulation(scene, _Wanted(digits, points, forces, steps), formulation)
 
@@ -95,10 +93,12 @@ def _in_formulation(scene: Scene, asked: _Wanted, formulation: Formulation) -> E
         form, choice = in_formulation(reduced, wanted)
         if asked.steps is not None:
             from lagrange_cli.mechanics.steps.derive_steps import (
+                require_displacements,
                 require_few_coordinates,
                 require_few_terms,
             )
 
+            require_displacements(scene, asked.steps)
             require_few_coordinates(form)
         derivation = derive_uncertified(form)
         if asked.steps is not None:

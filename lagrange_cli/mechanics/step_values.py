@@ -4,11 +4,13 @@ equations of motion."""
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
+
+    from lagrange_cli.mechanics.elements.motion import Turning
 
 #: A way from positions to equations of motion.
 Way: TypeAlias = Literal["lagrange", "dalembert", "virtual-work"]
@@ -19,6 +21,20 @@ def rate_symbol(name: str) -> Symbol:
     import sympy
 
     return sympy.Symbol(f"dot({name})", real=True)
+
+
+def spin_symbol(body: str, axis: str) -> Symbol:
+    """The symbol of a component of the angular velocity of a body."""
+    import sympy
+
+    return sympy.Symbol(f"omega_{axis}({body})", real=True)
+
+
+def moment_symbol(body: str, entry: str) -> Symbol:
+    """The symbol of an entry of a body's tensor of inertia about the centre of mass."""
+    import sympy
+
+    return sympy.Symbol(f"inertia_{entry}({body})", real=True)
 
 
 @dataclass(frozen=True)
@@ -48,8 +64,69 @@ class ComponentSteps:
 
 
 @dataclass(frozen=True)
+class SpinSteps:
+    """A component of the angular velocity ω of a body.
+
+    Attributes
+    ----------
+    axis
+        1, 2 or 3 along the axes of the body, x, y or z along those of space; empty in a plane.
+    direction
+        Its direction in these axes; in a plane that of positive turns.
+    spin, rate
+        ω over q, v, t, and ω̇ over q, v, a, t.
+    partials
+        q → ∂ω/∂v, t → what of ω holds no v; zero ones absent.
+    law, inertia
+        The rate of the angular momentum L about the centre of mass along it, over components of ω
+        and their rates, and over q, v, a, t; both over named moments.
+    torque
+        The applied torque along it.
+    """
+
+    axis: str
+    direction: tuple[int, int, int]
+    spin: Expr
+    rate: Expr
+    partials: tuple[tuple[Symbol, Expr], ...]
+    law: Expr
+    inertia: Expr
+    torque: Expr
+
+
+#: Axes along which an angular velocity has its components.
+SpinAxes: TypeAlias = Literal["body", "space", "plane"]
+
+
+@dataclass(frozen=True)
+class TurningSteps:
+    """The turning of a rigid body.
+
+    Attributes
+    ----------
+    axes
+        The axes of the components; in a plane there is one component, across it.
+    turning
+        Its rotation, its inertia about the centre of mass, and its turns.
+    components
+        The components of its angular velocity that do not vanish.
+    moments
+        Names of moments of inertia that are sums, each with the sum: ``1`` or ``12``, empty in a
+        plane.
+    energy
+        The energy of the turning over components of ω and named moments.
+    """
+
+    axes: SpinAxes
+    turning: Turning
+    components: tuple[SpinSteps, ...]
+    moments: tuple[tuple[str, Expr], ...]
+    energy: Expr
+
+
+@dataclass(frozen=True)
 class BodySteps:
-    """A particle, or a point that a force pulls at.
+    """A particle, a rigid body at its centre of mass, or a point that a force pulls at.
 
     Attributes
     ----------
@@ -59,12 +136,15 @@ class BodySteps:
         Its x, y and z.
     square
         v² over q, v, t; None for a point, or if it has no short form.
+    turning
+        The turning of a rigid body that turns, None for others.
     """
 
     name: str
     mass: Expr | None
     components: tuple[ComponentSteps, ComponentSteps, ComponentSteps]
     square: Expr | None
+    turning: TurningSteps | None = None
 
 
 @dataclass(frozen=True)
@@ -93,15 +173,19 @@ class ForceSteps:
     name, on
         Its name, and what it acts on.
     components
-        Cartesian name, or the coordinate it acts on → component; zero ones absent.
+        Cartesian name, or the coordinate it acts on → component; zero ones absent. Of a torque
+        the axis of a component of the angular velocity → component.
     generalized
-        q → Q = Σ F·∂r/∂q; zero ones absent.
+        q → Q = Σ F·∂r/∂q, of a torque Σ M·∂ω/∂v; zero ones absent.
+    is_torque
+        True of a torque on a body.
     """
 
     name: str
     on: str
     components: tuple[tuple[str, Expr], ...]
     generalized: tuple[tuple[Symbol, Expr], ...]
+    is_torque: bool = False
 
 
 @dataclass(frozen=True)
@@ -176,18 +260,22 @@ def _split(terms: Iterable[Expr], speeds: Collection[Symbol]) -> list[tuple[Expr
 
 @dataclass(frozen=True)
 class VirtualWork:
-    """The coefficient of one −δq in Σ (F − m r̈)·δr, part by part.
+    """The coefficient of one −δq in Σ (F − m r̈)·δr + Σ (M − L̇)·δφ, part by part.
 
     Attributes
     ----------
     inertia, work
         Σ m r̈·∂r/∂q and Σ F·∂r/∂q.
+    turning, torques
+        Σ L̇·∂ω/∂v, over named moments, and Σ M·∂ω/∂v.
     coordinates
         Inertia less forces of terms that are written in coordinates and act on no particle.
     """
 
     inertia: Expr
     work: Expr
+    turning: Expr
+    torques: Expr
     coordinates: Expr
 
 
@@ -203,7 +291,7 @@ class DerivationSteps:
     bodies
         Positions and their rates.
     kinetic, potentials
-        Terms of the scene beside the particles' ½ m v².
+        Terms of the scene beside the ½ m v² of particles and the energies of the turning of bodies.
     forces
         The virtual work of each force.
     coordinates
@@ -237,6 +325,33 @@ class DerivationSteps:
         import sympy
 
         return sympy.Add(*(dict(f.generalized).get(place, 0) for f in self.forces))
+
+    @property
+    def named_moments(self) -> dict[Symbol, Expr]:
+        """The symbols of moments of inertia that are sums, each with the sum."""
+        return {
+            moment_symbol(body.name, name): moment
+            for body in self.bodies
+            if body.turning is not None
+            for name, moment in body.turning.moments
+        }
+
+    def over_parameters(self) -> DerivationSteps:
+        """Return the steps with the sums that named moments of inertia are."""
+        moments = self.named_moments
+        if not moments:
+            return self
+        bodies = []
+        for body in self.bodies:
+            turning = body.turning
+            if turning is not None:
+                parts = (
+                    replace(c, inertia=c.inertia.xreplace(moments)) for c in turning.components
+                )
+                turning = replace(turning, components=tuple(parts))
+            bodies.append(replace(body, turning=turning))
+        balances = (replace(b, turning=b.turning.xreplace(moments)) for b in self.balances)
+        return replace(self, bodies=tuple(bodies), balances=tuple(balances))
 
     @property
     def of_motion(self) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.system import tagged
-from lagrange_cli.notation.symbols import multiplier_name, multiplier_symbol
+from lagrange_cli.notation.symbols import multiplier_name, multiplier_symbol, split_name
 from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
@@ -79,6 +79,15 @@ def free_letter(equations: Equations, letters: tuple[str, ...]) -> str:
     If all of them are, the last one.
     """
     taken = {name.split("_")[0] for name in names_shown(equations)}
+    return next((letter for letter in letters if letter not in taken), letters[-1])
+
+
+def free_base(equations: Equations, letters: tuple[str, ...]) -> str:
+    """Return the first of some letters that stands in no name of the scene, indices left out.
+
+    If all of them do, the last one. A letter with numbers below it is no name of the scene then.
+    """
+    taken = {split_name(name).base for name in names_shown(equations)}
     return next((letter for letter in letters if letter not in taken), letters[-1])
 
 

@@ -113,7 +113,13 @@ class Sign(Label):
     """A sign that formats have letters of their own for."""
 
     kind: Literal[
-        "dot_product", "virtual_work", "comma", "at_least_sign", "at_most_sign", "imaginary"
+        "cross_product",
+        "dot_product",
+        "virtual_work",
+        "comma",
+        "at_least_sign",
+        "at_most_sign",
+        "imaginary",
     ]
 
     def write(self, to: Lettering) -> str:
@@ -121,7 +127,8 @@ class Sign(Label):
         return text
 
 
-DOT, WORK, COMMA = Sign("dot_product"), Sign("virtual_work"), Sign("comma")
+DOT, CROSS = Sign("dot_product"), Sign("cross_product")
+WORK, COMMA = Sign("virtual_work"), Sign("comma")
 AT_LEAST, AT_MOST = Sign("at_least_sign"), Sign("at_most_sign")
 
 

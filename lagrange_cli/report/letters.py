@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 class Letters(ABC):
     """Letters of one format.
 
-    ``dot_product`` and ``virtual_work`` are the sign between two vectors and δW, ``at_least_sign``
-    and ``at_most_sign`` ≥ and ≤, ``imaginary`` is the imaginary unit, ``comma`` stands between
-    formulas of one display, and ``minus`` before a formula that is negative.
+    ``cross_product`` and ``dot_product`` are signs between two vectors, ``virtual_work`` is δW,
+    ``at_least_sign`` and ``at_most_sign`` are ≥ and ≤, ``imaginary`` is the imaginary unit,
+    ``comma`` stands between formulas of one display, and ``minus`` before a formula that is
+    negative.
     """
 
     comma = ", "
@@ -31,6 +32,7 @@ class Letters(ABC):
     at_most_sign = "≤"
     imaginary = "i"
     minus = "-"
+    cross_product: str
     dot_product: str
     virtual_work: str
 

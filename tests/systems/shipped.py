@@ -71,7 +71,7 @@ SCENES = {
 }
 REFUSED = sorted((SYSTEMS / "refused").glob("*.yaml"))
 
-#: Scenes of rigid bodies, whose steps and constraint forces are not written.
+#: Scenes of rigid bodies, on which constraint forces are sums over their joints.
 BODIES = frozenset(p.stem for p in (SYSTEMS / "bodies").glob("*.yaml"))
 
 #: Scenes whose equations hold tables, or cases of `piecewise`: SymPy writes no code for them.

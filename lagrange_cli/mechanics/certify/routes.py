@@ -170,16 +170,25 @@ class Tapes:
         totals, sizes = [_ZERO] * self.n, [_ZERO] * self.n
         if not self.forces:
             return list(zip(totals, sizes, strict=True))
-        pending = iter(
-            self.force_values.run_in_decimals([series[s] for s in self.moving], 0).values
-        )
         run = self.positions.run_in_decimals([series[s] for s in self.still], 0)
-        for force, targets in zip(self.forces, self.targets, strict=True):
-            values = [next(pending) for _ in force.components]
-            for parts in self._works(force, targets, values, run):
+        for works in self.works(series, run):
+            for parts in works:
                 totals = [f + x for f, x in zip(totals, parts, strict=True)]
                 sizes = [s + abs(x) for s, x in zip(sizes, parts, strict=True)]
         return list(zip(totals, sizes, strict=True))
+
+    def works(
+        self, series: Mapping[sp.Symbol, Jet], run: DecimalRun
+    ) -> Iterator[list[list[Decimal]]]:
+        """Yield the generalized forces of the components of each force, of a torque as a whole."""
+        if not self.forces:
+            return
+        pending = iter(
+            self.force_values.run_in_decimals([series[s] for s in self.moving], 0).values
+        )
+        for force, targets in zip(self.forces, self.targets, strict=True):
+            values = [next(pending) for _ in force.components]
+            yield list(self._works(force, targets, values, run))
 
     def _works(
         self, force: BodyForce, targets: Sequence[int], values: Sequence[Decimal], run: DecimalRun
@@ -215,11 +224,7 @@ class Tapes:
         """
         run = self.positions.run_in_decimals([series[s] for s in self.still], 2)
         outputs = run.outputs
-        seeds: dict[int, Decimal] = {}
-        for element, places, constants in self._elements_at(series):
-            forces_of_inertia = element.inertial_forces([outputs[k] for k in places], constants)
-            for k, force in zip(places, forces_of_inertia, strict=True):
-                seeds[k] = seeds.get(k, _ZERO) + force
+        seeds = self.inertial_forces(series, run)
         slopes = self.potential_slopes(series, outputs)
         direct = [_ZERO] * self.n
         for k, (s, slope) in enumerate(slopes.items()):
@@ -231,6 +236,32 @@ class Tapes:
         extra = self._euler_lagrange(self.extra, series)
         parts = [(work[1 + j], direct[j], extra[j], -forces[j]) for j in range(self.n)]
         return [(sum(p, _ZERO), sum(map(abs, p), _ZERO)) for p in parts]
+
+    def inertial_forces(
+        self, series: Mapping[sp.Symbol, Jet], run: DecimalRun
+    ) -> dict[int, Decimal]:
+        """Forces of inertia by the number of the place that they act along.
+
+        ``run``: that of the positions, with rates and accelerations.
+        """
+        outputs = run.outputs
+        seeds: dict[int, Decimal] = {}
+        for element, places, constants in self._elements_at(series):
+            forces_of_inertia = element.inertial_forces([outputs[k] for k in places], constants)
+            for k, force in zip(places, forces_of_inertia, strict=True):
+                seeds[k] = seeds.get(k, _ZERO) + force
+        return seeds
+
+    def turned_at(
+        self, name: str, series: Mapping[sp.Symbol, Jet]
+    ) -> tuple[BodyElement, list[int], list[Decimal]]:
+        """A rigid body with the numbers of its places, and the values of its constants."""
+        (one,) = (
+            (element, places, constants)
+            for element, places, constants in self._elements_at(series)
+            if isinstance(element, BodyElement) and element.name == name
+        )
+        return one
 
     def potential_slopes(
         self, series: Mapping[sp.Symbol, Jet], outputs: Sequence[Jet]

@@ -44,22 +44,6 @@ def require_size(scene: Scene) -> None:
             raise InputError(Problem(message, mark, hint, rule="limit"))
 
 
-def require_particles_alone(scene: Scene) -> None:
-    """Refuse steps of a derivation with rigid bodies, before anything is done with the scene."""
-    bodies = bodies_of(scene)
-    if bodies:
-        raise InputError(
-            Problem(
-                "the steps of a derivation are written for particles alone, and"
-                f" '{bodies[0].name}' is a rigid body",
-                bodies[0].mark,
-                hint="the equations of motion, their certificate, constraint forces and motions are"
-                " had of bodies too",
-                rule="unsupported",
-            )
-        )
-
-
 def nesting_error(scene: Scene) -> InputError:
     """Build the refusal of expressions nested hundreds of levels deep."""
     mark = scene.definitions[0].mark if scene.definitions else Mark(scene.file, 1, 1)

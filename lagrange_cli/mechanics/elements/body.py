@@ -27,6 +27,36 @@ _ZERO = Decimal(0)
 
 
 @dataclass(frozen=True)
+class TurningValues:
+    """Values of the turning of a body.
+
+    Attributes
+    ----------
+    rotation
+        Rows of R.
+    spin, change, torque
+        ω, ω̇ and I ω̇ + ω × I ω along the axes of the body.
+    """
+
+    rotation: _Rows
+    spin: list[Decimal]
+    change: list[Decimal]
+    torque: list[Decimal]
+
+    def along_axes(self, vector: Sequence[Decimal]) -> list[Decimal]:
+        """Return the components along the axes of the body of a vector along those of space."""
+        return _times(_transposed(self.rotation), vector)
+
+    def along_space(self, vector: Sequence[Decimal]) -> list[Decimal]:
+        """Return the components along the axes of space of a vector along those of the body."""
+        return _times(self.rotation, vector)
+
+    def spin_by(self, slopes: Sequence[Decimal]) -> list[Decimal]:
+        """Return the axial vector of Rᵀ R', of slopes of R by rows: ∂ω/∂q̇, or of ω without q̇."""
+        return _axial(_product(_transposed(self.rotation), _rows(slopes)))
+
+
+@dataclass(frozen=True)
 class BodyElement:
     """A rigid body, as an :class:`MassElement`; its places are those of its centre, then R by rows.
 
@@ -54,16 +84,24 @@ class BodyElement:
     def constants(self) -> tuple[sp.Expr, ...]:
         return (self.mass, *self.inertia)
 
-    def inertial_forces(self, places: Sequence[Jet], constants: Sequence[Decimal]) -> list[Decimal]:
-        mass, *moments = constants
-        rotation, rate, acceleration = (_rows([x[k] for x in places[3:]]) for k in range(3))
+    def turning(self, places: Sequence[Jet], moments: Sequence[Decimal]) -> TurningValues:
+        """Return its angular velocity, the rate of that, and the torque of its inertia.
+
+        ``places`` are the entries of R by rows, ``moments`` those of the tensor.
+        """
+        rotation, rate, acceleration = (_rows([x[k] for x in places]) for k in range(3))
         inertia = _rows(moments)
         # Along the body's axes: ω̂ = Rᵀ Ṙ and its rate, whose symmetric part Ṙᵀ Ṙ is left out.
         spin = _axial(_product(_transposed(rotation), rate))
         change = _axial(_product(_transposed(rotation), acceleration))
         torque = _sum(_times(inertia, change), _crossed(spin, _times(inertia, spin)))
+        return TurningValues(rotation, spin, change, torque)
+
+    def inertial_forces(self, places: Sequence[Jet], constants: Sequence[Decimal]) -> list[Decimal]:
+        mass, *moments = constants
+        turning = self.turning(places[3:], moments)
         # Half of τ̂ R is what δR has to be multiplied by: a·b = ½ Σ â_ij b̂_ij.
-        work = _product(rotation, _hat(torque))
+        work = _product(turning.rotation, _hat(turning.torque))
         return [
             *(mass * x[2] for x in places[:3]),
             *(entry / 2 for row in work for entry in row),

@@ -61,10 +61,13 @@ class AppliedForces:
         return self.positional.get(symbol, sp.Integer(0)) + self.dynamic.get(symbol, sp.Integer(0))
 
 
-def applied_forces(derivation: Uncertified) -> AppliedForces:
-    """Collect the applied forces of a scene, with opposite sign."""
+def applied_forces(derivation: Uncertified, *, of_turning: bool = True) -> AppliedForces:
+    """Collect the applied forces of a scene, with opposite sign.
+
+    ``of_turning``: with the inertia of the turning of bodies and torques on them, by their work.
+    """
     reader = _Reader(derivation)
-    applied = reader.applied_forces()
+    applied = reader.applied_forces(of_turning=of_turning)
     groups = _moving_together(derivation)
     for group in groups:
         applied = reader.attached(applied, group)
@@ -93,12 +96,16 @@ class TermsOverNames:
 
 
 def terms_over_names(derivation: Uncertified) -> TermsOverNames:
-    """Convert the terms of a scene that hold rates, over the names in the scene."""
+    """Convert the terms of a scene that hold rates, over the names in the scene.
+
+    Energies of the turning of bodies are not among them.
+    """
     reader = _Reader(derivation)
     scene = derivation.reduced.scene
+    of_bodies = {rotation_term(body.name) for body in bodies_of(scene)}
     potentials = [reader.converted(p.expression) for p in scene.potentials]
     moving = [u for u in potentials if not u.free_symbols.isdisjoint(reader.rates.values())]
-    kinetic = [reader.converted(k.expression) for k in scene.kinetic]
+    kinetic = [reader.converted(k.expression) for k in scene.kinetic if k.name not in of_bodies]
     dissipation = [reader.converted(d.expression) for d in scene.dissipation]
     return TermsOverNames(
         sp.Add(*kinetic, *(-u for u in moving)), sp.Add(*dissipation), reader.rates
@@ -212,19 +219,21 @@ class _Reader:
         self.inertial: set[sp.Symbol] = set()
         self.rigid = {body.name for body in bodies_of(self.reduced.scene)}
 
-    def applied_forces(self) -> AppliedForces:
+    def applied_forces(self, *, of_turning: bool) -> AppliedForces:
         scene = self.reduced.scene
         for name, raw in self._converted(scene.potentials):
             moving = not raw.free_symbols.isdisjoint(self.rates.values())
             self._add_energy(name, -raw, self.dynamic if moving else self.positional)
         turning = {rotation_term(body.name) for body in bodies_of(scene)}
         for name, raw in self._converted(scene.kinetic):
+            if name in turning and not of_turning:
+                continue
             self._add_energy(None if name in turning else name, raw, self.dynamic)
             self.inertial |= {c.q for c in self.own if not raw.free_symbols.isdisjoint((c.q, c.v))}
         for name, raw in self._converted(scene.dissipation):
             for s, rate in self.rates.items():
                 self._add(name, s, derivative(raw, rate), self.dynamic)
-        self._add_forces()
+        self._add_forces(of_turning=of_turning)
         return AppliedForces(
             _summed(self.positional), _summed(self.dynamic), tuple(self.unattached)
         )
@@ -282,13 +291,14 @@ class _Reader:
             if momentum != 0:
                 self._add(name, s, self.reduced.rate(self._resolved(momentum)), into)
 
-    def _add_forces(self) -> None:
+    def _add_forces(self, *, of_turning: bool) -> None:
         names = self.reduced.names
         bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
         coordinates = {c.name: c.q for c in self.reduced.coordinates}
         for force in self.derivation.forces:
             if force.is_torque:  # it does work where the body turns, and is no force on its centre
-                for c, work in zip(self.reduced.coordinates, force.generalized, strict=True):
+                works = force.generalized if of_turning else ()
+                for c, work in zip(self.reduced.coordinates, works, strict=False):
                     self._add(None, c.q, -work, self.dynamic)
                 continue
             symbols = bodies[force.on] if len(force.components) == 3 else (coordinates[force.on],)

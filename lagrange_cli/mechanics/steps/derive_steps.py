@@ -20,6 +20,7 @@ from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 from lagrange_cli.mechanics.algebra.shortest import shortest_groups
 from lagrange_cli.mechanics.certify.certificate import Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
+from lagrange_cli.mechanics.elements.motion import Turning
 from lagrange_cli.mechanics.equations import Equations, ShownEquation
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reactions.applied_forces import applied_forces
@@ -36,9 +37,16 @@ from lagrange_cli.mechanics.step_values import (
     rate_symbol,
 )
 from lagrange_cli.mechanics.steps.steps_certificate import certify_steps
+from lagrange_cli.mechanics.steps.turning_steps import (
+    torque_components,
+    turning_energy,
+    turning_steps,
+)
 from lagrange_cli.mechanics.symbols.convert import total_derivative
+from lagrange_cli.mechanics.system import Coordinate
+from lagrange_cli.scene.bodies import QuaternionTurn, bodies_of, rotation_term
 from lagrange_cli.scene.language.expression import Expression
-from lagrange_cli.scene.model import Term
+from lagrange_cli.scene.model import Scene, Term
 
 #: Most coordinates, and most particles, of a scene whose steps are written: some ten pages.
 MOST_COORDINATES = 12
@@ -61,12 +69,31 @@ def require_few_coordinates(reduced: Reduced) -> None:
         (
             len(reduced.masses),
             MOST_PARTICLES,
-            "particles",
+            "bodies" if bodies_of(reduced.scene) else "particles",
         ),
     )
     for count, most, noun in counts:
         if count > most:
             raise _too_large(reduced, f"{count} {noun}: at most {most} are written out")
+
+
+def require_displacements(scene: Scene, way: Way) -> None:
+    """Refuse virtual displacements of a body by a quaternion, before anything is derived.
+
+    Raises
+    ------
+    InputError
+        Four parts of length 1 are no displacements: they have a multiplier that does no work.
+    """
+    for body in bodies_of(scene) if way != "lagrange" else ():
+        if any(isinstance(turn, QuaternionTurn) for turn in body.turns):
+            problem = Problem(
+                f"'{body.name}' turns by a quaternion, whose parts are no virtual displacements",
+                body.mark,
+                hint="write the steps by Lagrange's equations, or turn the body by three angles",
+                rule="unsupported",
+            )
+            raise InputError(problem)
 
 
 def require_few_terms(derivation: Uncertified) -> None:
@@ -112,22 +139,28 @@ def derive_steps(
     """
     reduced = derivation.reduced
     collector = Collector.from_scene(reduced)
-    loads = applied_forces(derivation)
+    loads = applied_forces(derivation, of_turning=False)
     applied = {s: -loads.along(s) for s in (*loads.positional, *loads.dynamic)}
-    bodies = body_steps(derivation, collector, applied)
+    bodies = body_steps(derivation, collector, applied, equations)
     by_parts = way != "lagrange"
     balances = virtual_work(derivation, collector, bodies, applied) if by_parts else ()
     steps = DerivationSteps(
         way=way,
         bodies=bodies,
-        kinetic=_terms(reduced, reduced.scene.kinetic),
+        kinetic=_terms(reduced, _declared_kinetic(reduced)),
         potentials=_terms(reduced, reduced.scene.potentials),
-        forces=force_steps(derivation, collector),
+        forces=force_steps(derivation, collector, bodies),
         coordinates=tuple(_coordinates(derivation, collector, equations)),
         balances=tuple(balances),
         in_coordinates=loads.unattached,
     )
     return certify_steps(derivation, evidence, equations, steps, loads.attached)
+
+
+def _declared_kinetic(reduced: Reduced) -> list[Term]:
+    """Terms of the scene, without the energies of the turning of bodies."""
+    of_bodies = {rotation_term(body.name) for body in bodies_of(reduced.scene)}
+    return [term for term in reduced.scene.kinetic if term.name not in of_bodies]
 
 
 def _terms(reduced: Reduced, terms: Sequence[Term]) -> tuple[TermSteps, ...]:
@@ -238,21 +271,33 @@ _ZERO = sp.Integer(0)
 
 
 def body_steps(
-    derivation: Uncertified, collector: Collector, applied: Mapping[sp.Symbol, sp.Expr]
+    derivation: Uncertified,
+    collector: Collector,
+    applied: Mapping[sp.Symbol, sp.Expr],
+    equations: Equations,
 ) -> tuple[BodySteps, ...]:
-    """Steps of all particles, and of the points that forces act on.
+    """Steps of all particles and bodies, and of the points that forces act on.
 
     ``applied``: raw symbol → applied force along it.
     """
-    return tuple(_bodies(derivation, collector, dict(applied)))
+    turnings = {
+        motion.name: motion.turning
+        for motion in equations.system.particles
+        if motion.turning is not None
+    }
+    return tuple(_bodies(derivation, collector, dict(applied), turnings))
 
 
 def _bodies(
-    derivation: Uncertified, collector: Collector, pending: dict[sp.Symbol, sp.Expr]
+    derivation: Uncertified,
+    collector: Collector,
+    pending: dict[sp.Symbol, sp.Expr],
+    turnings: Mapping[str, Turning],
 ) -> Iterator[BodySteps]:
     reduced = derivation.reduced
     names = reduced.names
     pulled = {force.on for force in derivation.forces}
+    rigid = {body.name: body for body in bodies_of(reduced.scene)}
     masses = [*reduced.masses, *(None for _ in names.point_symbols)]
     for body, symbols, mass in zip(names.bodies, names.body_symbols, masses, strict=True):
         if mass is None and body.name not in pulled and pending.keys().isdisjoint(symbols):
@@ -261,7 +306,13 @@ def _bodies(
         square = None
         if mass is not None:
             square = collector.collected(x.velocity**2 + y.velocity**2 + z.velocity**2)
-        yield BodySteps(body.name, mass, (x, y, z), square)
+        turning = None
+        if body.name in rigid:
+            torques = [f for f in derivation.forces if f.is_torque and f.on == body.name]
+            turning = turning_steps(
+                reduced, rigid[body.name], turnings[body.name], torques, collector.collected
+            )
+        yield BodySteps(body.name, mass, (x, y, z), square, turning)
 
 
 def _component(
@@ -291,24 +342,32 @@ def along_motion(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
     return total_derivative(expr, reduced.names.t, chain)
 
 
-def force_steps(derivation: Uncertified, collector: Collector) -> tuple[ForceSteps, ...]:
+def force_steps(
+    derivation: Uncertified, collector: Collector, bodies: Sequence[BodySteps]
+) -> tuple[ForceSteps, ...]:
     """The virtual work of each force of the scene."""
     names = derivation.reduced.names
-    bodies = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
+    turnings = {body.name: body.turning for body in bodies}
+    placed = dict(zip((b.name for b in names.bodies), names.body_symbols, strict=True))
     coordinates = [c.q for c in derivation.reduced.coordinates]
     steps = []
     for force in derivation.forces:
-        along = [force.on]
-        if len(force.components) == 3:
-            along = [s.name for s in bodies[force.on]]
-        components = zip(along, force.components, strict=True)
+        along, pushes = [force.on], list(force.components)
+        if force.is_torque:
+            turning = turnings[force.on]
+            pairs = list(torque_components(turning, force)) if turning else []
+            along = [axis for axis, _ in pairs]
+            pushes = [collector.collected(torque) for _, torque in pairs]
+        elif len(force.components) == 3:
+            along = [s.name for s in placed[force.on]]
         generalized = zip(coordinates, map(collector.collected, force.generalized), strict=True)
         steps.append(
             ForceSteps(
                 force.name,
                 force.on,
-                tuple((name, component) for name, component in components if component != 0),
+                tuple((n, e) for n, e in zip(along, pushes, strict=True) if e != 0),
                 tuple((q, work) for q, work in generalized if work != 0),
+                force.is_torque,
             )
         )
     return tuple(steps)
@@ -320,18 +379,50 @@ def virtual_work(
     bodies: Sequence[BodySteps],
     applied: Mapping[sp.Symbol, sp.Expr],
 ) -> Iterator[VirtualWork]:
-    """Parts of Σ (m r̈ − F)·∂r/∂q for each coordinate."""
+    """Parts of Σ (m r̈ − F)·∂r/∂q + Σ (L̇ − M)·∂ω/∂v for each coordinate."""
     cartesian = set(derivation.reduced.names.cartesian.values())
+    moved, turned = _energies(bodies)
+    accelerated = partial(_by_energy, derivation.reduced, collector)
     for c in derivation.reduced.coordinates:
-        inertia, work = [], []
+        inertia, work, turning, torques = [], [], [], []
         for body in bodies:
             for part in body.components:
                 slope = dict(part.partials).get(c.q, _ZERO)
                 inertia.append((body.mass or _ZERO) * part.acceleration * slope)
                 work.append(part.force * slope)
+            for spin in body.turning.components if body.turning else ():
+                slope = dict(spin.partials).get(c.q, _ZERO)
+                turning.append(spin.inertia * slope)
+                torques.append(spin.torque * slope)
         alone = _ZERO if c.q in cartesian else -applied.get(c.q, _ZERO)
         yield VirtualWork(
-            collector.collected(sp.Add(*inertia)),
+            accelerated(c, sp.Add(*inertia), moved),
             collector.collected(sp.Add(*work)),
+            accelerated(c, sp.Add(*turning), turned),
+            collector.collected(sp.Add(*torques)),
             collector.collected(alone),
         )
+
+
+def _energies(bodies: Sequence[BodySteps]) -> tuple[sp.Expr | None, sp.Expr | None]:
+    """½ m v² of bodies and ½ ω·Iω, where there are any that turn."""
+    turning = [body for body in bodies if body.turning is not None]
+    if not turning:
+        return None, None
+    squares = [(body.mass or _ZERO) * (body.square or _ZERO) / 2 for body in bodies]
+    return sp.Add(*squares), sp.Add(*map(turning_energy, turning))
+
+
+def _by_energy(
+    reduced: Reduced, collector: Collector, c: Coordinate, work: sp.Expr, energy: sp.Expr | None
+) -> sp.Expr:
+    """Return the shorter of the work of inertia and d/dt ∂T/∂v − ∂T/∂q of its energy, if known.
+
+    Squares of sines and cosines add up in T before they are differentiated.
+    """
+    summed = collector.collected(work)
+    if energy is None:
+        return summed
+    rate = along_motion(reduced, derivative(energy, c.v))
+    lagrange = collector.collected(rate - derivative(energy, c.q))
+    return min(summed, lagrange, key=lambda e: int(e.count_ops()))

@@ -35,7 +35,12 @@ from lagrange_cli.mechanics.numerics.elementary import (
 )
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reactions.applied_forces import terms_over_names
-from lagrange_cli.mechanics.step_values import DerivationSteps, rate_symbol
+from lagrange_cli.mechanics.step_values import (
+    DerivationSteps,
+    TurningSteps,
+    rate_symbol,
+    spin_symbol,
+)
 
 #: A line, and its value by another route.
 _Pair: TypeAlias = "tuple[sp.Expr, Decimal]"
@@ -126,18 +131,22 @@ class _StepsCheck:
         """
         tapes = self.tapes
         seen = tapes.observe(point)
+        moments = self.steps.named_moments
+        values = evaluate_in_decimals(list(moments.values()), point)
+        point = {**point, **dict(zip(moments, values, strict=True))}
         run = tapes.positions.run_in_decimals([seen.series[s] for s in tapes.still], 2)
         outputs = run.outputs
         applied = self._applied(seen, run)
         lines = [
-            *self._bodies(run, outputs, applied),
+            *self._bodies(run, outputs[: len(tapes.symbols)], applied),
             *self._terms(point, outputs),
             *self._forces(point, run),
             *self._equations(point, seen),
-            *self._balances(seen, run, outputs, applied),
+            *self._balances(seen, run, applied),
         ]
         mismatch = _mismatch(point, lines, least)
-        mismatch = max(mismatch, _mismatch(*self._newton(point), least))
+        for further in (self._newton(point), self._turnings(point, seen, run)):
+            mismatch = max(mismatch, _mismatch(*further, least))
         return mismatch, _mismatch(point, list(self._ways(seen)), least)
 
     # -- kinematics and applied forces ----------------------------------------------
@@ -169,7 +178,7 @@ class _StepsCheck:
         applied = {
             s.name: -slope for s, slope in tapes.potential_slopes(seen.series, outputs).items()
         }
-        places = dict(zip(tapes.symbols, outputs, strict=True))
+        places = dict(zip(tapes.symbols, outputs, strict=False))
         series = [places.get(s, seen.series.get(s, _CONSTANT)) for s in self.rates]
         rates: list[Jet] = [(x[1], x[2], _ZERO) for x in series]
         others = [seen.series[s] for s in (tapes.t, *tapes.parameters)]
@@ -179,7 +188,7 @@ class _StepsCheck:
         for i, s in enumerate(self.rates):
             inertia = lagrangian[count + i][1] - lagrangian[i][0]
             applied[s.name] = applied.get(s.name, _ZERO) - inertia - dissipation[count + i]
-        for force in self.forces:
+        for force in (f for f in self.forces if not f.is_torque):
             names = self._targets(force.on, len(force.components))
             values = evaluate_in_decimals(list(force.components), seen.point)
             for name, value in zip(names, values, strict=True):
@@ -207,13 +216,26 @@ class _StepsCheck:
         (body,) = (b for b in self.steps.bodies if b.name == on)
         return [part.name for part in body.components]
 
+    # -- bodies that turn -----------------------------------------------------------------
+
+    def _turnings(
+        self, point: DecimalValues, seen: Observation, run: DecimalRun
+    ) -> tuple[DecimalValues, list[_Pair]]:
+        """ω, ω̇, ∂ω/∂v, the rates of angular momenta and torques, by R along the motion alone."""
+        known, pairs = dict(point), list[_Pair]()
+        for body in self.steps.bodies:
+            if body.turning is not None:
+                check = _TurningCheck(self, body.name, body.turning, seen, run)
+                known |= check.spins()
+                pairs += check.lines()
+        return known, pairs
+
     # -- energies and forces ------------------------------------------------------------
 
     def _terms(self, point: DecimalValues, outputs: Sequence[Jet]) -> Iterator[_Pair]:
-        places = {s: x[0] for s, x in zip(self.tapes.symbols, outputs, strict=True)}
-        places |= {
-            rate_symbol(s.name): x[1] for s, x in zip(self.tapes.symbols, outputs, strict=True)
-        }
+        placed = list(zip(self.tapes.symbols, outputs, strict=False))
+        places = {s: x[0] for s, x in placed}
+        places |= {rate_symbol(s.name): x[1] for s, x in placed}
         terms = [*self.steps.kinetic, *self.steps.potentials]
         values = evaluate_in_decimals([term.written for term in terms], {**point, **places})
         for term, value in zip(terms, values, strict=True):
@@ -222,6 +244,8 @@ class _StepsCheck:
     def _forces(self, point: DecimalValues, run: DecimalRun) -> Iterator[_Pair]:
         q = self.tapes.q
         for force, steps in zip(self.forces, self.steps.forces, strict=True):
+            if force.is_torque:
+                continue  # among those of turnings
             names = self._targets(force.on, len(force.components))
             values = dict(
                 zip(names, evaluate_in_decimals(list(force.components), point), strict=True)
@@ -272,23 +296,26 @@ class _StepsCheck:
                 yield residual, lagrange
 
     def _balances(
-        self,
-        seen: Observation,
-        run: DecimalRun,
-        outputs: Sequence[Jet],
-        applied: dict[str, Decimal],
+        self, seen: Observation, run: DecimalRun, applied: dict[str, Decimal]
     ) -> Iterator[_Pair]:
         if not self.steps.balances:
             return
         tapes = self.tapes
-        inertia: dict[int, Decimal] = {}
-        for mass, k in zip(tapes.mass_values(seen.series), tapes.components, strict=True):
-            inertia[k] = inertia.get(k, _ZERO) + mass * outputs[k][2]
         along = {self.number[n]: f for n, f in applied.items() if n in self.number}
-        moved, worked = run.gradient(inertia), run.gradient(along)
+        inertia = tapes.inertial_forces(seen.series, run)
+        placed = {k: force for k, force in inertia.items() if k < len(tapes.symbols)}
+        rotated = {k: force for k, force in inertia.items() if k >= len(tapes.symbols)}
+        moved, turned, worked = map(run.gradient, (placed, rotated, along))
+        torques = [_ZERO] * tapes.n
+        for force, works in zip(self.forces, tapes.works(seen.series, run), strict=True):
+            if force.is_torque:
+                (work,) = works
+                torques = [x + y for x, y in zip(torques, work, strict=True)]
         for j, (q, steps) in enumerate(zip(tapes.q, self.steps.balances, strict=True)):
             yield steps.inertia, moved[1 + j]
             yield steps.work, worked[1 + j]
+            yield steps.turning, turned[1 + j]
+            yield steps.torques, torques[j]
             alone = _ZERO if q.name in self.number else applied.get(q.name, _ZERO)
             yield steps.coordinates, -alone
 
@@ -296,7 +323,8 @@ class _StepsCheck:
         """d'Alembert's coefficients beside Lagrange's, evaluated from L."""
         momenta, slopes = self.tapes.momenta(seen), self.tapes.slopes(seen)
         for j, steps in enumerate(self.steps.balances):
-            coefficient = steps.inertia - steps.work + steps.coordinates
+            coefficient = steps.inertia - steps.work + steps.turning - steps.torques
+            coefficient += steps.coordinates
             yield coefficient, momenta[j][1] - slopes[j][0] - seen.forces[j]
 
     def _newton(self, point: DecimalValues) -> tuple[DecimalValues, list[_Pair]]:
@@ -318,6 +346,73 @@ class _StepsCheck:
                 (value,) = evaluate_in_decimals([inertia], moving)
                 pairs.append((part.force + force, value))
         return moving, pairs
+
+
+class _TurningCheck:
+    """The turning of one body at a state."""
+
+    def __init__(
+        self,
+        check: _StepsCheck,
+        name: str,
+        steps: TurningSteps,
+        seen: Observation,
+        run: DecimalRun,
+    ) -> None:
+        tapes, self.name, self.steps = check.tapes, name, steps
+        element, places, constants = tapes.turned_at(name, seen.series)
+        outputs = [run.outputs[k] for k in places]
+        self.values = element.turning(outputs[3:], constants[1:])
+        self.energy = element.kinetic_terms(outputs, constants)[3]
+        slopes = [run.gradient({k: _ONE}) for k in places[3:]]
+        variables = [tapes.t, *tapes.q]
+        self.partials = {
+            s: self.values.spin_by([by[k] for by in slopes]) for k, s in enumerate(variables)
+        }
+        pairs = zip(check.forces, check.steps.forces, strict=True)
+        self.torques = [
+            (written, self.values.along_axes(evaluate_in_decimals(list(f.components), seen.point)))
+            for f, written in pairs
+            if f.is_torque and f.on == name
+        ]
+        self.q = tapes.q
+
+    def _component(self, direction: Sequence[int], vector: Sequence[Decimal]) -> Decimal:
+        """A component of a vector along the axes of the body."""
+        if self.steps.axes == "space":
+            vector = self.values.along_space(vector)
+        return sum((d * x for d, x in zip(direction, vector, strict=True)), _ZERO)
+
+    def spins(self) -> dict[sp.Symbol, Decimal]:
+        """Components of ω, and their rates, by their symbols."""
+        spins: dict[sp.Symbol, Decimal] = {}
+        for c in self.steps.components:
+            s = spin_symbol(self.name, c.axis)
+            spins[s] = self._component(c.direction, self.values.spin)
+            spins[rate_symbol(s.name)] = self._component(c.direction, self.values.change)
+        return spins
+
+    def lines(self) -> Iterator[_Pair]:
+        yield self.steps.energy, self.energy
+        for c in self.steps.components:
+            inertia = self._component(c.direction, self.values.torque)
+            yield c.law, inertia
+            yield c.inertia, inertia
+            yield c.spin, self._component(c.direction, self.values.spin)
+            yield c.rate, self._component(c.direction, self.values.change)
+            partials = dict(c.partials)
+            for s, slope in self.partials.items():
+                # Slopes that vanish are compared with 1, the size of the axes of the body.
+                size = 0 if s in partials else 1
+                yield partials.get(s, _NONE) + size, self._component(c.direction, slope) + size
+            torques = [self._component(c.direction, m) for _, m in self.torques]
+            yield c.torque, sum(torques, _ZERO)
+            for (force, _), value in zip(self.torques, torques, strict=True):
+                yield dict(force.components).get(c.axis, _NONE), value
+        for force, torque in self.torques:
+            for s in self.q:
+                work = sum((m * x for m, x in zip(torque, self.partials[s], strict=True)), _ZERO)
+                yield dict(force.generalized).get(s, _NONE), work
 
 
 def _mismatch(point: DecimalValues, lines: Sequence[_Pair], least: Decimal) -> Decimal:

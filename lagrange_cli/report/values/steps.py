@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import rest_system
-from lagrange_cli.mechanics.step_values import Way
+from lagrange_cli.mechanics.step_values import SpinAxes, Way
 from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.scene_language import ExpressionPrinter
 from lagrange_cli.report.contents.steps.writer import StepsWriter
@@ -40,7 +40,9 @@ if TYPE_CHECKING:
         ComponentSteps,
         CoordinateSteps,
         ForceSteps,
+        SpinSteps,
         TermSteps,
+        TurningSteps,
         VirtualWork,
     )
 
@@ -88,8 +90,41 @@ _COMPONENT: JsonObject[ComponentSteps] = JsonObject(
     Key("acceleration", EXPRESSION, "The rate of that."),
     Key("force", EXPRESSION, "The applied force along it."),
 )
+_SPIN: JsonObject[SpinSteps] = JsonObject(
+    Key(
+        "axis",
+        TEXT,
+        "1, 2 or 3 along the axes of the body, x, y or z of space; empty in a plane.",
+    ),
+    Key("spin", EXPRESSION, "The component of the angular velocity."),
+    Key(
+        "partials",
+        by_name(EXPRESSION),
+        "Its derivatives by the rates of coordinates, by t what holds none; zero ones left out.",
+        lambda component: by_symbol(component.partials),
+    ),
+    Key("rate", EXPRESSION, "Its rate."),
+    Key("inertia", EXPRESSION, "The rate of the angular momentum about the centre of mass."),
+    Key("torque", EXPRESSION, "The applied torque."),
+)
+_TURNING: JsonObject[TurningSteps] = JsonObject(
+    Key("axes", one_of(*get_args(SpinAxes)), "The axes of the components."),
+    Key(
+        "rotation",
+        list_of(EXPRESSION),
+        "Entries of R by rows, whose columns are the axes of the body.",
+        lambda steps: steps.turning.rotation,
+    ),
+    Key(
+        "inertia",
+        list_of(EXPRESSION),
+        "Entries of the tensor of inertia about the centre of mass, by rows.",
+        lambda steps: steps.turning.inertia,
+    ),
+    Key("components", list_of(_SPIN), "Those of the angular velocity that do not vanish."),
+)
 _BODY: JsonObject[BodySteps] = JsonObject(
-    Key("name", TEXT, "Name of the particle or point."),
+    Key("name", TEXT, "Name of the particle, body or point."),
     Key("mass", or_null(EXPRESSION), "Its mass; null for a point."),
     Key(
         "speed_squared",
@@ -98,6 +133,7 @@ _BODY: JsonObject[BodySteps] = JsonObject(
         lambda body: body.square,
     ),
     Key("components", list_of(_COMPONENT), "Its x, y and z."),
+    Key("turning", _TURNING, "Of a rigid body that turns: how.", optional=True),
 )
 _TERM: JsonObject[TermSteps] = JsonObject(
     Key("name", TEXT, "Its name."),
@@ -143,6 +179,20 @@ _BALANCE: JsonObject[tuple[str, VirtualWork]] = JsonObject(
         lambda pair: pair[1],
         Key("inertia", EXPRESSION, "Σ m r̈·∂r/∂q."),
         Key("work", EXPRESSION, "Σ F·∂r/∂q, which is subtracted."),
+        Key(
+            "turning",
+            EXPRESSION,
+            "Where it is not 0: Σ L̇·∂ω/∂q̇ of rigid bodies, with their angular momenta L.",
+            lambda parts: parts.turning or None,
+            optional=True,
+        ),
+        Key(
+            "torques",
+            EXPRESSION,
+            "Where it is not 0: Σ M·∂ω/∂q̇ of torques, which is subtracted.",
+            lambda parts: parts.torques or None,
+            optional=True,
+        ),
         Key(
             "in_coordinates",
             EXPRESSION,
@@ -233,7 +283,7 @@ _STEPS: JsonObject[StepsWriter] = JsonObject(
 def _written(equations: Equations, _: ExpressionPrinter) -> dict[str, Any]:
     """Write steps in the scene language, whatever the language of the report."""
     assert equations.derivation.steps is not None
-    writer = StepsWriter(equations, steps=equations.derivation.steps)
+    writer = StepsWriter(equations, steps=equations.derivation.steps.over_parameters())
     return _STEPS.write(writer, ExpressionPrinter(writer.words, ScenePrinter()))
 
 

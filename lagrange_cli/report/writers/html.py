@@ -48,6 +48,7 @@ _PRINTER = MathmlPrinter()
 class HtmlLetters(Letters):
     """Letters of mathematics in MathML, and of words in HTML."""
 
+    cross_product = "<mo>×</mo>"
     dot_product = "<mo>⋅</mo>"
     virtual_work = "<mrow><mi>δ</mi><mi>W</mi></mrow>"
     comma = f"<mo>,</mo>{mathml_space(1)}"

@@ -18,6 +18,7 @@ from lagrange_cli.report.contents.steps import (
     by_virtual_work,
     energies,
     particles,
+    turnings,
 )
 from lagrange_cli.report.contents.steps.writer import (
     SPEED,
@@ -131,6 +132,7 @@ def _energy(writer: StepsWriter) -> Iterator[Part]:
 _TO_LAGRANGE = (
     ("energies equations", particles.positions),
     ("energies", particles.velocities),
+    ("energies", turnings.rotations),
     ("energies", energies.kinetic_energy),
     ("energies", energies.potential_energy),
     ("energies", energies.lagrangian),
@@ -144,7 +146,9 @@ _TO_LAGRANGE = (
 _TO_DALEMBERT = (
     ("energies equations", particles.positions),
     ("equations", particles.velocities),
+    ("equations", turnings.rotations),
     ("equations", particles.accelerations),
+    ("equations", turnings.angular_momenta),
     ("equations", particles.displacements),
     ("equations", by_dalembert.applied_forces),
     ("equations constraints", by_lagrange.constraints),
@@ -155,6 +159,7 @@ _TO_DALEMBERT = (
 
 _TO_EQUILIBRIUM = (
     ("energies equations", particles.positions),
+    ("equations", turnings.rotations),
     ("equations", particles.displacements),
     ("equations", by_dalembert.applied_forces),
     ("equations constraints", by_lagrange.constraints),

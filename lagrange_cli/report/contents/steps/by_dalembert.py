@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from lagrange_cli.report.contents.forces import force_rows
+from lagrange_cli.report.contents.steps import turnings
 from lagrange_cli.report.contents.steps.by_lagrange import equation, lagrange_law, multiplier_terms
 from lagrange_cli.report.contents.steps.energies import lagrangian_row
 from lagrange_cli.report.contents.steps.writer import (
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 
 def applied_forces(writer: StepsWriter) -> Section | None:
     """Return the applied force on each particle, of potentials, dissipation and forces."""
-    blocks = list(
+    blocks: list[Part] = list(
         by_body(
             writer,
             lambda body: [
@@ -51,8 +52,14 @@ def applied_forces(writer: StepsWriter) -> Section | None:
             ],
         )
     )
-    note = "" if blocks else say("No applied force acts on a particle.")
-    return section(say("Applied forces"), note, *blocks)
+    torques = list(turnings.torques(writer))
+    if torques:
+        heading = say("About the centres of mass act the torques")
+        return section(say("Applied forces"), *blocks, heading, *torques)
+    note = say("No applied force acts on a particle.")
+    if writer.turning:
+        note = say("No applied force acts on a body.")
+    return section(say("Applied forces"), *(blocks or [note]))
 
 
 def principle(writer: StepsWriter) -> Section | None:
@@ -64,7 +71,7 @@ def principle(writer: StepsWriter) -> Section | None:
         say("d'Alembert's principle"),
         names_in_coordinates(writer, names),
         say("Constraint forces do no work in virtual displacements that the constraints allow:"),
-        Law(total_work(writer, effective_force(writer), names) + " = 0"),
+        Law(total_work(writer, work_with_inertia(writer, *writer.displaced), names) + " = 0"),
         independent(writer),
         *coefficient_law(writer, names),
         *(block for number in range(count) for block in _coefficient(writer, number)),
@@ -83,9 +90,8 @@ def independent(writer: StepsWriter) -> Written:
     return say(sentence, listed=DISPLACED)
 
 
-def total_work(writer: StepsWriter, force: Label, names: Sequence[str]) -> Label:
-    """``Σ_i F_i · δr_i``, less ``Σ_j N_j δq_j`` of terms with ``names`` that act on no particle."""
-    by_particles = work(force, virtual(POSITION))
+def total_work(writer: StepsWriter, by_particles: Label, names: Sequence[str]) -> Label:
+    """A sum of works, less ``Σ_j N_j δq_j`` of terms with ``names`` that act on no particle."""
     if not names:
         return by_particles
     return by_particles + " - " + work_in_coordinates(further_force(writer))
@@ -98,7 +104,7 @@ def coefficient_law(
     terms = list(multiplier_terms(writer))
     if not (names or terms):
         return
-    whole = force or work(effective_force(writer), partial(POSITION, PLACE))
+    whole = force or work_with_inertia(writer, partial(POSITION, PLACE), writer.spin_slope)
     if names:
         whole += " - " + further_force(writer)
     yield Law(sum_of([whole, *terms]) + " = 0")
@@ -124,9 +130,23 @@ def names_in_coordinates(writer: StepsWriter, names: Sequence[str]) -> Written |
     )
 
 
-def effective_force(writer: StepsWriter) -> Label:
-    """``(F_i - m_i r̈_i)``."""
-    return group(writer.applied + " - " + INERTIA)
+def work_with_inertia(writer: StepsWriter, slope: Label, turn: Label) -> Label:
+    """``Σ_i (F_i - m_i r̈_i) · δr_i + Σ_i (M_i - L̇_i) · δφ_i``, as far as there are such parts.
+
+    ``slope``, ``turn``: δr_i and δφ_i, or their derivatives by a coordinate.
+    """
+    whole = work(group(writer.applied + " - " + INERTIA), slope)
+    if not writer.turning:
+        return whole
+    if not turnings.has_torques(writer):
+        return whole + " - " + work(writer.momentum_rate, turn)
+    return whole + " + " + work(group(writer.torque + " - " + writer.momentum_rate), turn)
+
+
+def applied_work(writer: StepsWriter, slope: Label, turn: Label) -> Label:
+    """``Σ_i F_i · δr_i + Σ_i M_i · δφ_i``, the second where there is a torque."""
+    whole = work(writer.applied, slope)
+    return whole + " + " + work(writer.torque, turn) if turnings.has_torques(writer) else whole
 
 
 def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
@@ -138,6 +158,10 @@ def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     if parts.inertia != 0 or parts.work != 0:
         rows.append(writer.row(work(INERTIA, slope), parts.inertia))
         rows.append(writer.row(work(writer.applied, slope), parts.work))
+    turn = writer.spin_by(writer.coordinate(writer.equations.system.coordinates[number], 1))
+    for force, value in ((writer.momentum_rate, parts.turning), (writer.torque, parts.torques)):
+        if value != 0:
+            rows.append(writer.row(work(force, turn), value))
     if parts.coordinates != 0:
         rows.append(writer.row(below(writer.inertia_letter, place), parts.coordinates))
     yield formulas(rows)

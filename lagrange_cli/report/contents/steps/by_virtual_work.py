@@ -14,11 +14,12 @@ from lagrange_cli.analysis.equilibria.rest_system import no_value_at_rest, rest_
 from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.report.contents.steps.by_dalembert import (
+    applied_work,
     coefficient_law,
-    effective_force,
     independent,
     names_in_coordinates,
     total_work,
+    work_with_inertia,
 )
 from lagrange_cli.report.contents.steps.writer import (
     INERTIA,
@@ -52,15 +53,18 @@ def principle(writer: StepsWriter) -> Section | None:
     balances, names = writer.steps.balances, writer.steps.in_coordinates
     if all(_at_rest(writer, parts.coordinates, k) == 0 for k, parts in enumerate(balances)):
         names = ()
-    if any(_at_rest(writer, parts.inertia, k) != 0 for k, parts in enumerate(balances)):
-        law, force = total_work(writer, effective_force(writer), names), NOTHING
+    inertia = [parts.inertia + parts.turning for parts in balances]
+    if any(_at_rest(writer, e, k) != 0 for k, e in enumerate(inertia)):
+        whole = work_with_inertia(writer, *writer.displaced)
+        law, force = total_work(writer, whole, names), NOTHING
         text = say(
             "Coordinates stay constant while the constraints move if the applied forces, less"
             " masses times accelerations, do no work in the virtual displacements that the"
             " constraints allow; constraint forces do none:"
         )
     else:
-        law, force = total_work(writer, writer.applied, names), symbol("Q_j")
+        whole = applied_work(writer, *writer.displaced)
+        law, force = total_work(writer, whole, names), symbol("Q_j")
         if not names:
             law += " = " + work_in_coordinates(force)
         text = say(
@@ -98,26 +102,31 @@ def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     parts = writer.steps.balances[number]
     yield Title(say("For {place}:", place=virtual(place)))
     slope = partial(POSITION, place)
-    worked, moved, further = (
-        _at_rest(writer, e, number) for e in (parts.work, parts.inertia, parts.coordinates)
+    worked, moved, turned, further = (
+        _at_rest(writer, e, number)
+        for e in (parts.work + parts.torques, parts.inertia, parts.turning, parts.coordinates)
     )
-    row = replace(writer.row(below("Q", place), worked), middle=work(writer.applied, slope))
+    turn = writer.spin_by(writer.coordinate(writer.equations.system.coordinates[number], 1))
+    applied = applied_work(writer, slope, turn)
+    row = replace(writer.row(below("Q", place), worked), middle=applied)
     pushes = [
         closure.multiplier * gradient[number]
         for closure in writer.equations.system.closures
         if number in (gradient := entries(closure.gradient))
     ]
-    if not pushes and moved == further == 0:
+    if not pushes and moved == turned == further == 0:
         zero = () if worked == 0 else (writer.tree(sympy.S.Zero),)
         yield formulas([replace(row, chain=(*row.chain, *zero))], result=True)
         return
     rows = [writer.row(work(INERTIA, slope), moved)] if moved != 0 else []
+    if turned != 0:
+        rows.append(writer.row(work(writer.momentum_rate, turn), turned))
     rows.append(row)
     if further != 0:
         rows.append(writer.row(below(writer.inertia_letter, place), further))
     yield formulas(rows)
     yield say("so that")
-    balance = sympy.Add(worked, -moved, -further, *pushes)
+    balance = sympy.Add(worked, -moved, -turned, -further, *pushes)
     yield formulas([Formula("", (writer.tree(balance),))], result=True)
 
 

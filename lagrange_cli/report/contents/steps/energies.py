@@ -11,12 +11,14 @@ import sympy
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.notation.labels import has_kinetic_energy
 from lagrange_cli.report.contents.sentences import is_generalized_potential
+from lagrange_cli.report.contents.steps import turnings
 from lagrange_cli.report.contents.steps.writer import (
     PLACE,
     POSITION,
     StepsWriter,
     is_own_coordinate,
     sum_of,
+    turning_of,
     work,
     work_in_coordinates,
 )
@@ -38,20 +40,38 @@ if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.step_values import BodySteps, ForceSteps, TermSteps
+    from lagrange_cli.report.inlines import Label
 
 
 def kinetic_energy(writer: StepsWriter) -> Section | None:
-    """v² of every particle, then T."""
+    """v² of every particle and body, then T; of bodies by König's theorem."""
     steps = writer.steps
     squares = [row for body in steps.bodies if (row := _square(writer, body))]
     is_whole = len(steps.kinetic) == 1 and not steps.bodies
     rows = [*squares, *(_term(writer, term) for term in steps.kinetic if not is_whole)]
-    written = [*map(_half_square, steps.bodies), *(term.written for term in steps.kinetic)]
+    turning = [turning_of(body).energy for body in writer.turning]
+    written = [
+        *map(_half_square, steps.bodies),
+        *turning,
+        *(term.written for term in steps.kinetic),
+    ]
     heading = say("Kinetic energy")
     if not has_kinetic_energy(writer.equations):
         heading = say("Lagrangian without potential")
     whole = writer.row(writer.labels["T"], sympy.Add(*written), writer.equations.system.kinetic)
-    return section(heading, formulas(rows), formulas([whole], result=True))
+    moments = formulas(turnings.moments(writer))
+    return section(
+        heading, *_koenig(writer), moments, formulas(rows), formulas([whole], result=True)
+    )
+
+
+def _koenig(writer: StepsWriter) -> Iterator[Part]:
+    """Say what the energy of a body is, where one turns."""
+    if writer.turning:
+        yield say(
+            "By König's theorem the energy of a body is that of its mass at the centre of mass,"
+            " and that of its turning about it."
+        )
 
 
 def _half_square(body: BodySteps) -> Expr:
@@ -134,14 +154,21 @@ def generalized_forces(writer: StepsWriter) -> Section | None:
 
 
 def _virtual_work(writer: StepsWriter) -> Iterator[Part]:
-    """δW = Σ F·δr = Σ Q δq, as far as there are forces on particles."""
-    by_coordinates = work_in_coordinates(symbol("Q_j"))
-    if not any(_acts_on_body(writer, force) for force in writer.steps.forces):
+    """δW = Σ F·δr + Σ M·δφ = Σ Q δq, as far as there are forces on particles and torques."""
+    by_coordinates, forces = work_in_coordinates(symbol("Q_j")), writer.steps.forces
+    works: list[Label] = []
+    slopes: list[Label] = []
+    if any(_acts_on_body(writer, force) and not force.is_torque for force in forces):
+        works.append(work(writer.applied, virtual(POSITION)))
+        slopes.append(work(writer.applied, partial(POSITION, PLACE)))
+    if any(force.is_torque for force in forces):
+        works.append(work(writer.torque, virtual(writer.small_turn)))
+        slopes.append(work(writer.torque, writer.spin_slope))
+    if not works:
         yield Law(WORK + " = " + by_coordinates)
         return
-    by_particles = work(writer.applied, virtual(POSITION))
-    yield Law(WORK + " = " + by_particles + " = " + by_coordinates)
-    yield Law(symbol("Q_j") + " = " + work(writer.applied, partial(POSITION, PLACE)))
+    yield Law(WORK + " = " + sum_of(works) + " = " + by_coordinates)
+    yield Law(symbol("Q_j") + " = " + sum_of(slopes))
 
 
 def _acts_on_body(writer: StepsWriter, force: ForceSteps) -> bool:
@@ -149,6 +176,9 @@ def _acts_on_body(writer: StepsWriter, force: ForceSteps) -> bool:
 
 
 def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Part]:
+    if force.is_torque:
+        yield from _torque(writer, force)
+        return
     on_body = _acts_on_body(writer, force)
     on = Plain(force.on) if on_body else writer.cartesian(force.on)
     yield Title(say("The force {name} on {place}:", name=Plain(force.name), place=on))
@@ -170,6 +200,27 @@ def _force(writer: StepsWriter, force: ForceSteps) -> Iterator[Part]:
         yield formulas(rows)
     if not force.generalized:
         yield say("It does no virtual work.")
+
+
+def _torque(writer: StepsWriter, force: ForceSteps) -> Iterator[Part]:
+    names = {"name": Plain(force.name), "place": Plain(force.on)}
+    yield Title(say("The torque {name} on {place}:", **names))
+    body = next((body for body in writer.turning if body.name == force.on), None)
+    if body is None or not force.generalized:
+        yield say("It does no virtual work.")
+        return
+    slopes = {c.axis: dict(c.partials) for c in turning_of(body).components}
+    torques = {axis: writer.along_spin(writer.torque_letter, body, axis) for axis in slopes}
+    rows = [writer.row(torques[axis], e) for axis, e in force.components]
+    for q, value in force.generalized:
+        products = [
+            times(torques[axis], partial(writer.spin(body, axis), writer.speed(q)))
+            for axis, _ in force.components
+            if q in slopes[axis]
+        ]
+        row = writer.row(below("Q", writer.variable(q)), value)
+        rows.append(replace(row, middle=sum_of(products)))
+    yield formulas(rows)
 
 
 def _several(writer: StepsWriter) -> Iterator[Part]:

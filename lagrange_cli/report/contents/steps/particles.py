@@ -9,6 +9,7 @@ import sympy
 
 from lagrange_cli.mechanics.step_values import rate_symbol
 from lagrange_cli.report.contents.sentences import telling_definitions
+from lagrange_cli.report.contents.steps import turnings
 from lagrange_cli.report.contents.steps.writer import (
     DISPLACED,
     PLACE,
@@ -103,13 +104,13 @@ def velocities(writer: StepsWriter) -> Section | None:
 
 
 def accelerations(writer: StepsWriter) -> Section | None:
-    """r̈ of every particle."""
+    """r̈ of every particle, and ω̇ of bodies."""
 
     def rows(part: ComponentSteps) -> Iterable[Formula]:
         if part.velocity != 0:
             yield writer.row(writer.cartesian(part.name, 2), part.acceleration)
 
-    blocks = list(_by_body(writer, rows))
+    blocks = [*_by_body(writer, rows), *turnings.angular_accelerations(writer)]
     if not blocks:
         return None
     sentence = say("The velocities are differentiated by time once more.")
@@ -126,14 +127,15 @@ def displacements(writer: StepsWriter) -> Section | None:
             yield writer.row(virtual(writer.cartesian(part.name)), sympy.Add(*terms))
 
     blocks = list(_by_body(writer, rows))
-    if not blocks:
+    if not (blocks or writer.turning):
         return None
     chain = times(partial(POSITION, PLACE), DISPLACED)
     return section(
         say("Virtual displacements"),
         say("Coordinates are displaced at a fixed time:"),
-        Law(virtual(POSITION) + " = " + total("j", chain)),
+        Law(virtual(POSITION) + " = " + total("j", chain)) if blocks else None,
         *blocks,
+        *turnings.virtual_turns(writer),
     )
 
 

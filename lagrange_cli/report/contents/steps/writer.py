@@ -11,15 +11,16 @@ import sympy
 
 from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
 from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
-from lagrange_cli.mechanics.step_values import rate_symbol
+from lagrange_cli.mechanics.step_values import moment_symbol, rate_symbol, spin_symbol
 from lagrange_cli.notation.build import display
-from lagrange_cli.notation.labels import free_letter, quantity_labels
+from lagrange_cli.notation.labels import free_base, free_letter, quantity_labels
 from lagrange_cli.notation.ordering import labelled_symbol, symbol_of
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
 from lagrange_cli.report.contents.sentences import is_generalized_potential
 from lagrange_cli.report.inlines import (
+    CROSS,
     DOT,
     Chain,
     Expression,
@@ -29,8 +30,10 @@ from lagrange_cli.report.inlines import (
     Plain,
     Text,
     below,
+    bold,
     group,
     joined,
+    partial,
     routhian,
     say,
     symbol,
@@ -46,7 +49,12 @@ if TYPE_CHECKING:
 
     from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.findings import Conserved
-    from lagrange_cli.mechanics.step_values import BodySteps, ComponentSteps, DerivationSteps
+    from lagrange_cli.mechanics.step_values import (
+        BodySteps,
+        ComponentSteps,
+        DerivationSteps,
+        TurningSteps,
+    )
     from lagrange_cli.mechanics.system import Closure, Coordinate
 
 #: Terms of a sum that is written out although its parts stand above it.
@@ -167,6 +175,16 @@ class StepsWriter(Writer):
         for rank, c in enumerate(self.equations.system.coordinates):
             label = virtual(self.coordinate(c))
             atoms[displacement(c)] = labelled_symbol(label, Dependence.ACCELERATION, rank)
+        spins = [(body, c.axis) for body in self.turning for c in turning_of(body).components]
+        for rank, (body, axis) in enumerate(spins, len(self.equations.system.coordinates)):
+            spin, name = spin_symbol(body.name, axis), self._spin_name(body, axis)
+            atoms[spin] = symbol_of(name, Dependence.VELOCITY, rank)
+            rate = rate_symbol(spin.name)
+            atoms[rate] = symbol_of(name, Dependence.ACCELERATION, rank, order=1)
+        moments = [(body, m) for body in self.turning for m, _ in turning_of(body).moments]
+        for rank, (body, moment) in enumerate(moments, -len(moments)):
+            name = self._spin_name(body, moment, self.inertia_tensor_letter)
+            atoms[moment_symbol(body.name, moment)] = symbol_of(name, Dependence.PARAMETER, rank)
         return replace(usual, atoms=atoms)
 
     # -- labels ---------------------------------------------------------------------
@@ -210,9 +228,92 @@ class StepsWriter(Writer):
         """The applied force on particle i."""
         return vector(self.force_letter)
 
+    @property
+    def torque(self) -> Label:
+        """The applied torque on body i."""
+        return _of_body(self.torque_letter)
+
+    @property
+    def small_turn(self) -> Label:
+        """The small angle of a virtual turn of body i."""
+        return _of_body(self.angle_letter)
+
+    @property
+    def spin_slope(self) -> Label:
+        """``∂ω_i/∂q̇_j``, by which the rate of a coordinate turns body i."""
+        return self.spin_by(SPEED)
+
+    def spin_by(self, speed: Label) -> Label:
+        """Return the derivative of the angular velocity of body i by the rate of a coordinate."""
+        return partial(_of_body(self.spin_letter), speed)
+
+    @property
+    def displaced(self) -> tuple[Label, Label]:
+        """``δr_i`` and ``δφ_i``."""
+        return virtual(POSITION), virtual(self.small_turn)
+
+    @property
+    def momentum_rate(self) -> Label:
+        """The rate of the angular momentum of body i about its centre of mass."""
+        return _of_body(self.momentum_letter, 1)
+
+    @property
+    def inertia_torque(self) -> Label:
+        """``I_i ω̇_i + ω_i × I_i ω_i``."""
+        inertia, spin = _of_body(self.inertia_tensor_letter), _of_body(self.spin_letter)
+        turned = times(inertia, _of_body(self.spin_letter, 1))
+        return turned + " + " + spin + CROSS + times(inertia, spin)
+
+    def speed(self, variable: Symbol) -> Label:
+        """Return the rate of a coordinate, as what is differentiated by."""
+        named = {c.q: self.coordinate(c, 1) for c in self.equations.system.coordinates}
+        return named[variable]
+
     def force(self, name: str) -> Label:
         """Return the force along a Cartesian name: ``F_x``."""
         return below(self.force_letter, self.cartesian(name))
+
+    @cached_property
+    def turning(self) -> tuple[BodySteps, ...]:
+        """The rigid bodies that turn."""
+        return tuple(body for body in self.steps.bodies if body.turning is not None)
+
+    @cached_property
+    def spin_letter(self) -> str:
+        """The letter of angular velocities, ω where the scene has no other use for it."""
+        return free_base(self.equations, ("omega", "Omega", "w", "u"))
+
+    @cached_property
+    def angle_letter(self) -> str:
+        """The letter of the small angles of virtual turns."""
+        return free_base(self.equations, ("phi", "chi", "epsilon", "vartheta"))
+
+    @cached_property
+    def torque_letter(self) -> str:
+        """The letter of applied torques, M where the scene has no other use for it."""
+        return free_base(self.equations, ("M", "tau", "K", "G"))
+
+    @cached_property
+    def momentum_letter(self) -> str:
+        """The letter of angular momenta about centres of mass; L is the Lagrangian."""
+        return free_base(self.equations, ("J", "H", "S", "Gamma"))
+
+    @cached_property
+    def inertia_tensor_letter(self) -> str:
+        """The letter of moments of inertia, I where the scene has no other use for it."""
+        return free_base(self.equations, ("I", "Theta", "Lambda"))
+
+    def spin(self, body: BodySteps, axis: str, order: int = 0) -> Label:
+        """Return a component of the angular velocity of a body: ``ω_1``."""
+        return symbol(self._spin_name(body, axis), order)
+
+    def along_spin(self, letter: str, body: BodySteps, axis: str) -> Label:
+        """Return the component of a vector with this letter that is along one of ω."""
+        return symbol(self._spin_name(body, axis, letter))
+
+    def _spin_name(self, body: BodySteps, axis: str, letter: str = "") -> str:
+        name = body.name if len(self.turning) > 1 else ""
+        return "_".join(filter(None, (letter or self.spin_letter, axis, name)))
 
     def factor(self, expression: Expr) -> Label:
         """Return an expression as a factor of a label."""
@@ -248,6 +349,17 @@ def displacement(coordinate: Coordinate) -> Symbol:
 def is_own_coordinate(part: ComponentSteps) -> bool:
     """Say whether a Cartesian name is a coordinate itself."""
     return bool(part.position.is_Symbol and part.position.name == part.name)
+
+
+def _of_body(letter: str, order: int = 0) -> Label:
+    """Return a vector of body i."""
+    return below(bold(letter, order), "i")
+
+
+def turning_of(body: BodySteps) -> TurningSteps:
+    """Return the turning of a body that turns."""
+    assert body.turning is not None
+    return body.turning
 
 
 def sum_of(terms: Iterable[Label | str]) -> Label:

@@ -132,6 +132,7 @@ _MOST_COLUMNS = 10
 class LatexLetters(Letters):
     """Letters of mathematics in LaTeX."""
 
+    cross_product = r" \times "
     dot_product = r" \cdot "
     virtual_work = r"\delta W"
     comma = r",\quad "

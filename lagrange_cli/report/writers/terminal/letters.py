@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 class UnicodeLetters(Letters):
     """Letters of a terminal."""
 
+    cross_product = " × "
     dot_product = " · "
     virtual_work = "δW"
 
@@ -122,6 +123,7 @@ class AsciiLetters(UnicodeLetters):
 
     at_least_sign = ">="
     at_most_sign = "<="
+    cross_product = " x "
     dot_product = " . "
     virtual_work = "delta(W)"
 

@@ -36,6 +36,7 @@ _PRINTER = TypstPrinter()
 class TypstLetters(Letters):
     """Letters of mathematics in Typst."""
 
+    cross_product = " times "
     dot_product = " dot.op "
     virtual_work = "delta W"
     comma = ", quad "
