@@ -51,13 +51,18 @@ if TYPE_CHECKING:
 
 def rotations(writer: StepsWriter) -> Section | None:
     """Return R of each body by its turns, and the components of its angular velocity."""
-    if not writer.turning:
+    if not _has_turns(writer):
         return None
     return section(
         say("Angular velocities"),
         *(part for body in _spatial(writer) for part in _rotation(writer, body)),
         *_components(writer),
     )
+
+
+def _has_turns(writer: StepsWriter) -> bool:
+    """Say whether turns matter: at rest they do where a torque acts."""
+    return bool(writer.turning) and (writer.steps.of_motion or has_torques(writer))
 
 
 def _spatial(writer: StepsWriter) -> list[BodySteps]:
@@ -123,7 +128,7 @@ def angular_accelerations(writer: StepsWriter) -> Iterator[Part]:
 
 def virtual_turns(writer: StepsWriter) -> Iterator[Part]:
     """Yield δφ = Σ ∂ω/∂q̇ δq, the small angles about the axes of ω."""
-    if not writer.turning:
+    if not _has_turns(writer):
         return
     moved = {c.q: displacement(c) for c in writer.equations.system.coordinates}
 
