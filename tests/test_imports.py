@@ -10,6 +10,7 @@ import pytest
 import lagrange_cli
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import COMMANDS
+from tests.systems.shipped import SCENES
 
 HEAVY = {"sympy", "numpy", "scipy", "yaml", "mpmath", "matplotlib"}
 
@@ -66,6 +67,17 @@ def test_a_command_imports_no_other_command(word, imported):
     )
     loaded = {name.rpartition(".")[2] for name in done.stdout.splitlines()[-1].split()}
     assert loaded & set(COMMANDS) == imported
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [("derive", "--steps"), ("emit", "--to", "c")])
+def test_derivations_need_no_numerical_methods(words, tmp_path, monkeypatch):
+    monkeypatch.setenv("LAGRANGE_CACHE", "off")
+    command, *rest = words
+    output = ("-o", str(tmp_path / "out.txt" if command == "derive" else tmp_path))
+    loaded = after_command(command, str(SCENES["pendulum"]), *rest, *output)
+    assert "sympy" in loaded
+    assert "scipy" not in loaded
 
 
 def test_python_package_imports_nothing_heavy():

@@ -17,7 +17,6 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.analyze import analyze
 from lagrange_cli.analysis.forms.legendre import at_rest
 from lagrange_cli.analysis.values import Equilibrium, Linearization, Matrix, Mode
 from lagrange_cli.errors import InputError, InternalError, Mark, Problem
@@ -117,6 +116,9 @@ def small_oscillations(equations: Equations, digits: int) -> SmallOscillations:
     InternalError
         Closed forms disagree with numbers.
     """
+    # Derivations without this form need no equilibria, nor SciPy.
+    from lagrange_cli.analysis.analyze import analyze
+
     if equations.system.states:
         message = "there are no small oscillations of states, whose rates are of first order"
         hint = "lagrange analyze has the linear system and its poles"

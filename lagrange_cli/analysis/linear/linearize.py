@@ -404,7 +404,12 @@ def _first_order(
     n = len(mass)
     if n > _STATE_SPACE:
         return None, None
-    inverse = sp.Matrix(mass).inv("ADJ")
+    matrix = sp.Matrix(mass)
+    determinant = matrix.det(method="berkowitz")
+    if cancelled(determinant) == 0:
+        return None, None
+    # `inv` would simplify the determinant to see whether it is zero, which takes longer than this.
+    inverse = matrix.adjugate() / determinant
     below = [-inverse * sp.Matrix(m) for m in (stiffness, damping)]
     driven = -inverse * sp.Matrix(n, len(inputs[0]), lambda i, j: inputs[i][j])
     blocks = [[factored_form(cancelled(e)) for e in matrix] for matrix in (*below, driven)]
