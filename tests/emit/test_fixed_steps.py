@@ -147,3 +147,11 @@ def test_a_header_says_why_nothing_was_measured():
     text = OSCILLATOR.replace("initial: {x: 1, dot(x): -0.5}\n", "").replace("k: 3,", "k: {},")
     header, _ = loads(text).derive().emit("c", step=True).values()
     assert "Its error was not measured" in re.sub(r"\n \* +", " ", header)
+
+
+def test_a_header_names_inputs_that_were_not_held():
+    text = OSCILLATOR.replace("forces: {", "forces: {push: {on: x, force: w}, ")
+    for inputs, says in (("{F: 0, w: 0.1*sin(3*t)}", True), ("[F, w]", False)):
+        scene = text.replace("inputs: [F]", f"inputs: {inputs}")
+        header, _ = loads(scene).derive().emit("c", step=True).values()
+        assert ("There w varied within steps" in re.sub(r"\n \* +", " ", header)) == says

@@ -9,8 +9,9 @@ import pytest
 from lagrange_cli.mechanics.derivation import derive
 from lagrange_cli.program.emitted_functions import multipliers_beside
 from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems.constraint_systems import CLOSURE_OUTPUTS
 from lagrange_cli.program.systems.contact_systems import with_contact_flags
-from lagrange_cli.scene import read_file
+from lagrange_cli.scene import read_file, read_text
 from tests.emit import emit_closures as closures
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -40,3 +41,16 @@ def test_those_of_contacts_do_as_well():
 def test_multipliers_in_loops_or_none_are_not_shared():
     for equations in (closures.chain(12), derived("pendulums/double_pendulum.yaml")):
         assert multipliers_beside(build_program(equations, ("acceleration",))) is None
+
+
+def test_squares_of_gradients_are_those_of_the_kinetic_energy():
+    """Of masses 4 and 9 and x² + 3 y² = 4: (2 x)²/4 + (6 y)²/9."""
+    equations = derive(
+        read_text(
+            "name: two\ncoordinates: [x, y]\nkinetic: {T: 2*dot(x)^2 + 9/2*dot(y)^2}\n"
+            "constraints: {curve: x^2 + 3*y^2 = 4}\n"
+        )
+    )
+    (square,) = CLOSURE_OUTPUTS["closure_gradient_squares"](equations)
+    x, y = (c.q for c in equations.system.coordinates)
+    assert square.equals(x**2 + 4 * y**2)

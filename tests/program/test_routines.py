@@ -16,6 +16,11 @@ from lagrange_cli.program.lowered.routines.elimination import (
     solve_definite,
     solve_pivoted,
 )
+from lagrange_cli.program.lowered.routines.motions import (
+    ERROR_OF_STEPS,
+    NO_VALUE,
+    change_values,
+)
 from lagrange_cli.program.lowered.routines.numbers import EPSILON, SMALLEST, power_of_two
 from lagrange_cli.program.lowered.routines.projection import (
     coupled_residual,
@@ -275,3 +280,24 @@ def test_a_start_may_differ_by_rounding():
     assert is_near(1, 1e-6, [1.0, 0.0], [1.0, 1e-13])
     assert not is_near(1, 0.0, [1.0, 0.0], [1.0, 1e-16])
     assert not is_near(1, 1.0, [1.0, 0.0], [math.nan, 0.0])
+
+
+class Relay:
+    """A state that stands behind the coordinate, with a number for each of its values."""
+
+    def __init__(self, off, on):
+        self.numbers = off, on
+
+    def switches(self, y, results):
+        results[0] = self.numbers[int(y[1])]
+        return True
+
+
+@pytest.mark.parametrize("size", [4.0, -4.0])
+def test_a_state_has_no_value_where_both_of_its_conditions_hold_by_more_than_errors_of_steps(size):
+    """Errors are measured by the largest number of the state, here that of the coordinate."""
+    for part, code in ((0.5, 0), (2.0, NO_VALUE)):
+        y = [size, 0.0]
+        relay = Relay(-1.0, -part * ERROR_OF_STEPS * 4.0)
+        assert change_values(2, 1, relay, 0, [1], y, [0.0], [0.0]) == code
+        assert y == [size, 1.0]

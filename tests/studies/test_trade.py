@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import time
 from dataclasses import replace
 from itertools import pairwise
 
@@ -95,6 +96,13 @@ def test_finer_runs_of_fixed_step_take_smaller_steps_that_divide_the_samples(tra
     assert len(steps) > 3
     assert all(b < a for a, b in pairwise(steps))
     assert all(abs(0.1 / h - round(0.1 / h)) < 1e-6 for h in steps)
+
+
+@pytest.mark.slow
+def test_seconds_of_a_run_are_within_those_of_its_call(oscillator):
+    bench, started = bench_of(oscillator), time.perf_counter()
+    seconds = bench.seconds(Setting("RK4", step=0.01))
+    assert 0 < seconds < time.perf_counter() - started
 
 
 def test_each_run_has_its_seconds_and_their_spread(traded):

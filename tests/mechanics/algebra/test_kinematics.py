@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
 import sympy as sp
 
-from lagrange_cli.mechanics.algebra.derivatives import Kinematics
+from lagrange_cli.mechanics.algebra.derivatives import Kinematics, derivative
 
 x, y, z, u, v, w, t = sp.symbols("x y z u v w t")
 HEIGHT = sp.Symbol("h")
@@ -39,3 +40,17 @@ def test_short_positions_are_multiplied_out() -> None:
     slopes, bends = parts((1 + sp.cos(x)) * sp.sin(y))
     assert len(slopes) == 3
     assert all(not part.is_Add for part in (*slopes, *bends))
+
+
+INNER = {
+    **dict.fromkeys("sin cos tan asin acos atan sinh cosh tanh asinh atanh exp log".split(), 0.3),
+    **{"acosh": 1.7, "Abs": -0.3},
+}
+
+
+@pytest.mark.parametrize("name", INNER)
+def test_derivatives_of_functions_are_those_of_sympy(name: str) -> None:
+    function, x = getattr(sp, name), sp.Symbol("x", real=True)
+    at = {x: sp.Float(INNER[name], 30) / 2}
+    ours, sympys = derivative(function(2 * x), x), sp.diff(function(2 * x), x)
+    assert abs(ours.subs(at).evalf(30) - sympys.subs(at).evalf(30)) < 1e-25

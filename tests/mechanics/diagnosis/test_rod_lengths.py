@@ -16,7 +16,7 @@ particles:
   B: {mass: 1, position: [xb, yb, zb]}
   C: {mass: 1, position: [xc, yc, zc]}
   D: {mass: 1, position: [xd, yd, zd]}
-points: {O: [0, 0, 0]}
+points: {O: [0, 0, 0], P: [10, 0, 0]}
 """
 
 
@@ -53,6 +53,16 @@ def test_the_shortest_path_is_named_and_nothing_else():
 """)
     assert "'bd', 'ab', 'oa', 'far'" in problem.message
     assert "around" not in problem.message
+
+
+def test_lengths_between_fixed_points_have_a_range():
+    """With a rod of 3 from one end, the other one reaches over 10 by 7 to 13."""
+    problem = refused("""
+  oa: {distance: [O, A], equals: 3}
+  ap: {distance: [A, P], equals: 4}
+""")
+    snippet = "ap: {distance: [A, P], equals: 12}"
+    assert problem.hint == f"'ap' can be 7 to 13 long:\n{snippet}"
 
 
 @pytest.mark.slow

@@ -23,6 +23,8 @@ from lagrange_cli.simulate.integrators.hybrid.contact_motion import (
     ContactMotion,
 )
 from lagrange_cli.simulate.integrators.hybrid.contact_system import ModeChange, Stuck
+from lagrange_cli.simulate.integrators.hybrid.sliding import is_diagonally_stable
+from lagrange_cli.simulate.integrators.right_hand_side import ON_SURFACE, SurfaceRates
 from lagrange_cli.simulate.model.build import model_of
 from tests.simulate.compiling import compiled_or_skip
 from tests.simulate.switched_systems import G, OneContact, ball, on_sphere
@@ -232,6 +234,32 @@ def test_changes_of_states_are_near_within_the_errors_of_their_times():
     }
 
 
+def test_a_first_rate_of_rounding_leaves_the_second_one():
+    """Rounding is that of 1e6 and of 1e-6, the magnitudes of which the first rates are sums."""
+    sizes = np.array([1e6, 1e6, 1e-6, 1e-6])
+    first = ON_SURFACE * np.array([0.9e6, -1.1e6, 0.9e-6, -1.1e-6])
+    rates = SurfaceRates(first, np.full(4, 3.0), sizes)
+    assert [rates.leading(k, positional=True) for k in range(4)] == [3.0, first[1], 3.0, first[3]]
+    assert [rates.leading(k, positional=False) for k in (0, 2)] == [0.0, 0.0]
+
+
 def test_the_end_of_bounces():
     assert first_zeno_time([switch(1.0), switch(2.0, 0, "zeno"), switch(3.0, 0, "zeno")]) == 2.0
     assert first_zeno_time([switch(1.0)]) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("matrix", "stable"),
+    [
+        # Positive minors suffice for two rows, however unlike they are, and not for three.
+        ([[1, 100], [0, 1]], True),
+        ([[1, 2], [1, 1]], False),
+        ([[1, 2, 2], [2, 1, 2], [2, 2, 1]], False),
+        # A rotation, and a symmetric matrix whose rows are scaled by 1, 1e6 and 1e-6.
+        ([[1, -9, 0], [9, 1, 0], [0, 0, 1]], True),
+        ([[2, 1, 1], [1e6, 2e6, 1e6], [1e-6, 1e-6, 2e-6]], True),
+        ([[1, 0, 0], [0, 0, 0], [0, 0, 1]], False),
+    ],
+)
+def test_matrices_that_a_diagonal_makes_positive_definite(matrix, stable):
+    assert is_diagonally_stable(np.array(matrix, float)) is stable
