@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from lagrange_cli import loads
 from lagrange_cli.api.emitters import EMITTERS
 from lagrange_cli.cli.main import run
 from lagrange_cli.errors import InputError
@@ -88,8 +89,51 @@ def test_the_problem_of_bodies_needs_no_steps(capsys) -> None:
     text = capsys.readouterr().out
     assert "Rigid bodies: upper of mass" in text
     assert text.index("Count the") < text.index("Derive the") < text.index("Name the cyclic")
+    assert r"\text{potential weight} & = m g z_{\mathrm{upper}}" in text
     assert run(["emit", scene, "--to", "markdown", "--style", "solution"]) == 0
-    assert "By König's theorem" in capsys.readouterr().out
+    solution = capsys.readouterr().out
+    assert "By König's theorem" in solution
+    assert text.splitlines()[2] not in solution
+
+
+PLATE = """
+name: plate
+description: A plate on a spring.
+parameters: {m: 1, I: 1, k: 2, c: 3, l: 1, P: 4}
+plane: xy
+bodies:
+  plate: {at: [x, 0, 0], turn: phi, mass: m, inertia: I}
+points:
+  corner: {on: plate, at: [l, 0, 0]}
+  wall: [0, 0, 0]
+coordinates: [x, phi]
+potentials: {tie: {spring: [corner, wall], stiffness: k, length: l}}
+dissipation: {brake: c*dot(phi)^2/2}
+forces:
+  motor: {on: plate, torque: [0, 0, P]}
+  push: {on: corner, force: [0, P, 0]}
+  pull: {on: x, force: P}
+"""
+
+
+def test_the_problem_of_bodies_states_springs_dampers_forces_and_torques() -> None:
+    stepped, plain = (loads(PLATE).derive(steps=way).equations for way in ("lagrange", None))
+    for equations in (stepped, plain):
+        (text,) = EMITTERS["markdown"].emit(equations, {"style": "exercise"}).values()
+        assert "A plate on a spring" in text
+        for stated in (
+            r"\text{potential tie} & = \frac{1}{2} k",
+            r"D & = \frac{1}{2} c \dot{\phi}^{2}",
+            "The torque motor on plate:",
+            "The force push on corner:",
+            r"F_{y_{\mathrm{corner}}} & = P",
+            "The force pull on $x$:",
+            "F_{x} & = P",
+        ):
+            assert stated in text, stated
+        assert text.count(" & = P") == 3
+    (solution,) = EMITTERS["markdown"].emit(stepped, {"style": "solution"}).values()
+    assert "A plate on a spring" not in solution
 
 
 def test_a_description_gives_no_result_away() -> None:

@@ -78,6 +78,7 @@ def asked_content(to: str, equations: Equations, options: Mapping[str, OptionVal
             lambda writer: contents(writer, parts, form),
             lambda title: say("Solution: {title}", title=title),
             draws,
+            lambda description: "",  # the problem has it
         )
     parts = sections_of(options, forces=equations.derivation.constraint_forces is not None)
     return derivation_content(equations, parts, form)

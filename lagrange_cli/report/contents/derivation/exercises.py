@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.emit.base import OptionValue
 from lagrange_cli.errors import InputError, Problem
+from lagrange_cli.mechanics.step_values import DerivationSteps, ForceSteps, TermSteps
 from lagrange_cli.pictures.sketch.svg import emit_svg
 from lagrange_cli.report.contents.derivation.freedom import stated
 from lagrange_cli.report.contents.derivation.system import inputs, system, tables
@@ -15,7 +17,16 @@ from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.steps.energies import dissipation
 from lagrange_cli.report.contents.steps.writer import StepsWriter
 from lagrange_cli.report.document_options import DEFAULT_SECTIONS, sections_of
-from lagrange_cli.report.inlines import Plain, Written, named, say
+from lagrange_cli.report.inlines import (
+    Inline,
+    Label,
+    Plain,
+    Written,
+    below,
+    named,
+    say,
+    symbol,
+)
 from lagrange_cli.report.tree import (
     Bullets,
     Part,
@@ -112,9 +123,7 @@ def exercise(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
 
 def _applied(writer: DocumentWriter) -> Iterator[Section | None]:
     """Yield energies and forces over the names that the scene writes them in."""
-    steps = writer.equations.derivation.steps
-    if steps is None:
-        return
+    steps = writer.equations.derivation.steps or _stated_terms(writer.equations)
     board = StepsWriter(writer.equations, steps=steps, omission=writer.omission)
     rows = [
         *(
@@ -128,12 +137,48 @@ def _applied(writer: DocumentWriter) -> Iterator[Section | None]:
     ]
     blocks: list[Part] = [formulas(rows)]
     for force in steps.forces:
-        name, on = Plain(force.name), Plain(force.on)
-        blocks.append(Title(say("The force {name} on {place}:", name=name, place=on)))
-        rows = [board.row(board.force(along), value) for along, value in force.components]
+        name = Plain(force.name)
+        is_coordinate = any(force.on == c.name for c in writer.equations.system.coordinates)
+        on = Inline(board.cartesian(force.on)) if is_coordinate else Plain(force.on)
+        torque = say("The torque {name} on {place}:", name=name, place=on)
+        pull = say("The force {name} on {place}:", name=name, place=on)
+        blocks.append(Title(torque if force.is_torque else pull))
+        label = partial(_torque_along, board) if force.is_torque else board.force
+        rows = [board.row(label(along), value) for along, value in force.components]
         blocks.append(formulas(rows))
     yield section(say("Energies and forces"), *blocks)
     yield dissipation(board)
+
+
+def _torque_along(board: StepsWriter, axis: str) -> Label:
+    """Return the letter of torques with an axis; in a plane there is none."""
+    return below(board.torque_letter, symbol(axis)) if axis else symbol(board.torque_letter)
+
+
+def _stated_terms(equations: Equations) -> DerivationSteps:
+    """Return potentials and forces as the scene states them, of a system without steps."""
+    depiction, system = equations.presentation.depiction, equations.system
+    potentials = () if depiction is None else depiction.potentials
+    places = {particle.name: particle.components for particle in system.particles}
+    forces = []
+    for force in system.forces:
+        along: tuple[str, ...] = (force.on,)
+        if len(force.components) == 3:
+            on_point = tuple(f"{axis}_{force.on}" for axis in "xyz")
+            along = tuple("xyz") if force.is_torque else places.get(force.on, on_point)
+        shown = zip(along, force.components, strict=True)
+        components = tuple((name, value) for name, value in shown if value != 0)
+        forces.append(ForceSteps(force.name, force.on, components, (), force.is_torque))
+    return DerivationSteps(
+        way="lagrange",
+        bodies=(),
+        kinetic=(),
+        potentials=tuple(TermSteps(name, written, written) for name, written in potentials),
+        forces=tuple(forces),
+        coordinates=(),
+        balances=(),
+        in_coordinates=(),
+    )
 
 
 #: Form of the equations → the task of bringing them into it.
