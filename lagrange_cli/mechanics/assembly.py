@@ -13,6 +13,7 @@ from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.certify.certificate import Evidence, explained
 from lagrange_cli.mechanics.certify.printed import (
     certify_energy,
+    certify_euler,
     certify_lagrangian,
     certify_rates,
     certify_shown,
@@ -26,6 +27,7 @@ from lagrange_cli.mechanics.depiction import (
 )
 from lagrange_cli.mechanics.diagnosis.errors import unwritten_chain
 from lagrange_cli.mechanics.dynamics.element_motions import body_outlines, element_motions
+from lagrange_cli.mechanics.dynamics.euler_form import euler_form
 from lagrange_cli.mechanics.dynamics.idle_potentials import idle_potential_warnings
 from lagrange_cli.mechanics.dynamics.jumps import jump_warnings
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
@@ -404,7 +406,10 @@ def _certified_textbook(
         certify_lagrangian(evidence, derivation, short)
     is_kept = any(c.kind != "momentum" for c in conserved)
     balance = None if is_kept else energy_balance(derivation, evidence, energy)
-    return TextbookForm(shown, short, balance)
+    euler = euler_form(derivation)
+    if euler is not None:
+        certify_euler(evidence, derivation, euler)
+    return TextbookForm(shown, short, balance, euler)
 
 
 def _shown(derivation: Uncertified, evidence: Evidence) -> tuple[ShownEquation, ...]:

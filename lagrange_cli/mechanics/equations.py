@@ -130,6 +130,36 @@ class ShortLagrangian:
 
 
 @dataclass(frozen=True)
+class EulerForm:
+    """Euler's equations of a body that a quaternion q turns, along the axes of the body.
+
+    They stand for the equations of the four parts of q: I ω̇ + ω × I ω = M with q̇ = ½ q ∘ ω.
+
+    Attributes
+    ----------
+    body, numbers
+        Its name, and the numbers of the four coordinates.
+    spins
+        ω over q and q̇.
+    inertia, gyroscopic, torques
+        Of each axis I ω̇ and −ω × I ω over components of ω and their rates, and M over q, v, t.
+    rates
+        q̇ over q and components of ω.
+    kinetic
+        T over components of ω and other velocities.
+    """
+
+    body: str
+    numbers: tuple[int, ...]
+    spins: tuple[Expr, ...]
+    inertia: tuple[Expr, ...]
+    gyroscopic: tuple[Expr, ...]
+    torques: tuple[Expr, ...]
+    rates: tuple[Expr, ...]
+    kinetic: Expr
+
+
+@dataclass(frozen=True)
 class TextbookForm:
     """Texts for readers alone: neither simulation nor code needs them.
 
@@ -141,11 +171,14 @@ class TextbookForm:
         L as it is shown, None where nothing is left out of T − V.
     balance
         The rate of the energy where it is not conserved and the rate is short, else None.
+    euler
+        Euler's equations of a body by a quaternion, which print in place of its four; else None.
     """
 
     shown: tuple[ShownEquation, ...]
     short_lagrangian: ShortLagrangian | None = None
     balance: EnergyBalance | None = None
+    euler: EulerForm | None = None
 
 
 @dataclass(frozen=True)
@@ -224,6 +257,11 @@ class Derivation:
     def balance(self) -> EnergyBalance | None:
         """The rate of the energy where it is not conserved and the rate is short, else None."""
         return self.textbook().balance
+
+    @property
+    def euler(self) -> EulerForm | None:
+        """Euler's equations of a body by a quaternion, None of other systems."""
+        return self.textbook().euler
 
 
 @dataclass(frozen=True)

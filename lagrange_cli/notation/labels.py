@@ -11,6 +11,8 @@ from lagrange_cli.notation.symbols import multiplier_name, multiplier_symbol, sp
 from lagrange_cli.notation.vocabulary import latex_overrides
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.equations import Equations
@@ -82,12 +84,13 @@ def free_letter(equations: Equations, letters: tuple[str, ...]) -> str:
     return next((letter for letter in letters if letter not in taken), letters[-1])
 
 
-def free_base(equations: Equations, letters: tuple[str, ...]) -> str:
+def free_base(equations: Equations, letters: tuple[str, ...], same: Collection[str] = ()) -> str:
     """Return the first of some letters that stands in no name of the scene, indices left out.
 
     If all of them do, the last one. A letter with numbers below it is no name of the scene then.
+    ``same``: names that do not count.
     """
-    taken = {split_name(name).base for name in names_shown(equations)}
+    taken = {split_name(name).base for name in names_shown(equations) - {*same}}
     return next((letter for letter in letters if letter not in taken), letters[-1])
 
 

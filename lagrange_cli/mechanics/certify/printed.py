@@ -13,13 +13,15 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.errors import InternalError, Problem
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.certify.certificate import CLOSE_DIGITS, Evidence
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
-from lagrange_cli.mechanics.equations import ShortLagrangian, ShownEquation
+from lagrange_cli.mechanics.equations import EulerForm, ShortLagrangian, ShownEquation
 from lagrange_cli.mechanics.numerics.autodiff import Tape, TaylorSeries, evaluate
 from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
+from lagrange_cli.mechanics.step_values import rate_symbol, spin_symbol
 
 _ZERO = mpf(0)
 _UNIT = sp.Integer(1)
@@ -117,6 +119,60 @@ def certify_lagrangian(evidence: Evidence, derivation: Uncertified, short: Short
             is_same = is_same or difference <= _tolerance(evidence) * sum(map(abs, values), _ZERO)
     if not is_same or not short.left_out.free_symbols.isdisjoint(moving):
         raise InternalError(Problem("the Lagrangian shown is not that derived"))
+
+
+def certify_euler(evidence: Evidence, derivation: Uncertified, form: EulerForm) -> None:
+    """Check Euler's equations, q̇ = ½ q ∘ ω and T over ω at the first state of the certificate.
+
+    Multiplied by ∂q̇/∂ω, M q̈ − f − Σ λ·gradient of the four parts must be I ω̇ + ω × I ω − M.
+
+    Raises
+    ------
+    InternalError
+        One of them is not that derived.
+    """
+    if not any(
+        _is_euler(evidence, derivation, form, residuals, digits)
+        for digits, residuals in _attempts(evidence)
+    ):
+        raise InternalError(Problem("Euler's equations shown are not those derived"))
+
+
+def _is_euler(
+    evidence: Evidence,
+    derivation: Uncertified,
+    form: EulerForm,
+    residuals: _Residuals,
+    digits: int,
+) -> bool:
+    reduced, state = derivation.reduced, evidence.states[0]
+    coordinates = [reduced.coordinates[k] for k in form.numbers]
+    symbols = [spin_symbol(form.body, axis) for axis in "123"]
+    with mpmath.workdps(digits):
+        along = along_motion(state, reduced)
+        spins = Tape(list(form.spins), list(along)).run([*along.values()], 1).outputs
+        known = {**state, **{s: w[0] for s, w in zip(symbols, spins, strict=True)}}
+        known |= {rate_symbol(s.name): w[1] for s, w in zip(symbols, spins, strict=True)}
+        slopes = [derivative(rate, s) for s in symbols for rate in form.rates]
+        pairs = [(form.kinetic, derivation.kinetic)]
+        pairs += [(rate, c.v) for rate, c in zip(form.rates, coordinates, strict=True)]
+        bound, size = _tolerance(evidence), mpf(1)
+        values = evaluate([e for pair in pairs for e in pair], known)
+        for shown, derived in zip(values[::2], values[1::2], strict=True):
+            if abs(shown - derived) > bound * max(abs(derived), size):
+                return False
+        steps = evaluate(slopes, known)
+        parts = zip(form.inertia, form.gyroscopic, form.torques, strict=True)
+        for k, (inertia, gyroscopic, torque) in enumerate(parts):
+            works = [
+                step * residuals[j][0]
+                for step, j in zip(steps[4 * k : 4 * k + 4], form.numbers, strict=True)
+            ]
+            scale = sum((residuals[j][1] for j in form.numbers), _ZERO)
+            terms = evaluate([inertia, -gyroscopic, -torque], known)
+            if abs(sum(terms, _ZERO) - sum(works, _ZERO)) > bound * scale:
+                return False
+    return True
 
 
 def along_motion(state: SymbolValues, reduced: Reduced) -> dict[sp.Symbol, TaylorSeries]:

@@ -32,8 +32,13 @@ def energies(writer: DocumentWriter) -> Section | None:
     }[generalized, dissipates]
     potential = labels["U" if generalized else "V"]
     kinetic, whole, dissipation = writer.energy_forms
+    euler = writer.euler
+    if euler is not None:
+        kinetic_row = writer.row(labels["T"], euler.kinetic)
+    else:
+        kinetic_row = writer.energy(labels["T"], equations.system.kinetic, kinetic)
     rows = [
-        writer.energy(labels["T"], equations.system.kinetic, kinetic),
+        kinetic_row,
         writer.energy(potential, equations.system.potential, whole),
         _lagrangian(writer, labels["T"] + " - " + potential),
     ]
@@ -56,7 +61,7 @@ def energies(writer: DocumentWriter) -> Section | None:
 def _lagrangian(writer: DocumentWriter, difference: Label) -> Formula:
     """L = T − V, written out where T and V are and it is short, less what is left out of it."""
     label, short = writer.labels["L"], writer.equations.derivation.short_lagrangian
-    is_sum = any(writer.energy_forms)
+    is_sum = any(writer.energy_forms) or writer.euler is not None
     whole = writer.equations.system.lagrangian if short is None else short.expression
     row = Formula(label, ()) if is_sum else writer.sum_row(label, whole)
     if short is None:
@@ -69,13 +74,19 @@ def _lagrangian(writer: DocumentWriter, difference: Label) -> Formula:
 
 
 def generalized_forces(writer: DocumentWriter) -> Section | None:
-    """Return generalized forces of the scene's forces, one after the other."""
+    """Return generalized forces of the scene's forces, one after the other.
+
+    Those on a quaternion are in Euler's equations.
+    """
     equations = writer.equations
+    left_out = () if writer.euler is None else writer.euler.numbers
     rows = [
         replace(writer.row(below("Q", writer.coordinate(c)), q), aside=_source(force))
         for force in equations.system.forces
-        for c, q in zip(equations.system.coordinates, force.generalized, strict=True)
-        if q != 0
+        for k, (c, q) in enumerate(
+            zip(equations.system.coordinates, force.generalized, strict=True)
+        )
+        if q != 0 and k not in left_out
     ]
     if not rows:
         return None

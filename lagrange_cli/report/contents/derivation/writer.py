@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.mechanics.elements.motion import QuaternionParts
 from lagrange_cli.mechanics.families.families import Families, families_in
 from lagrange_cli.mechanics.families.forms import FamilyRow, Form
+from lagrange_cli.mechanics.step_values import rate_symbol, spin_symbol
 from lagrange_cli.notation.build import display, display_row, display_sum, display_terms
 from lagrange_cli.notation.families import FamilyNotation
-from lagrange_cli.notation.tree import DisplayNode, abbreviations_in
+from lagrange_cli.notation.ordering import symbol_of
+from lagrange_cli.notation.tree import Dependence, DisplayNode, abbreviations_in
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, unabbreviated, vocabulary
 from lagrange_cli.report.contents.families import with_families
 from lagrange_cli.report.contents.sentences import omission_told, operations_told
@@ -24,7 +27,13 @@ from lagrange_cli.report.tree import Formula, Paragraph
 if TYPE_CHECKING:
     from sympy import Expr
 
-    from lagrange_cli.mechanics.equations import ShownEquation
+    from lagrange_cli.mechanics.equations import Equations, EulerForm, ShownEquation
+
+
+def has_quaternion(equations: Equations) -> bool:
+    """Say whether a quaternion turns a body: only then Euler's equations are asked for."""
+    turnings = (p.turning for p in equations.system.particles if p.turning is not None)
+    return any(isinstance(turn, QuaternionParts) for t in turnings for turn in t.turns)
 
 
 @dataclass(frozen=True)
@@ -39,6 +48,8 @@ class DocumentWriter(Writer):
         True if every element of indexed families is shown, and expressions of any length.
     read_back
         True if equations are to be read as a scene is, over accelerations.
+    by_euler
+        True if Euler's equations stand for those of a quaternion, as in other forms they do not.
     abbreviated
         Names of the abbreviations that what was written so far holds.
     """
@@ -46,13 +57,36 @@ class DocumentWriter(Writer):
     abbreviating: bool = True
     written_out: bool = False
     read_back: bool = False
+    by_euler: bool = True
     abbreviated: set[str] = field(default_factory=set)
 
     @cached_property
     def words(self) -> Vocabulary:
         """Display names of all symbols; steps are written without abbreviations."""
         abbreviating = self.abbreviating and self.equations.derivation.steps is None
-        return vocabulary(self.equations, abbreviating=abbreviating, omission=self.omission)
+        usual = vocabulary(self.equations, abbreviating=abbreviating, omission=self.omission)
+        if self.euler is None:
+            return usual
+        atoms = dict(usual.atoms)
+        for rank, axis in enumerate("123", len(self.equations.system.coordinates)):
+            spin, name = spin_symbol(self.euler.body, axis), self.spin_name(self.euler, axis)
+            atoms[spin] = symbol_of(name, Dependence.VELOCITY, rank)
+            atoms[rate_symbol(spin.name)] = symbol_of(name, Dependence.ACCELERATION, rank, order=1)
+        return replace(usual, atoms=atoms)
+
+    def spin_name(self, form: EulerForm, axis: str) -> str:
+        """Return the name of a component of ω, that of a scene where it is to be read as one."""
+        if self.read_back:
+            return str(spin_symbol(form.body, axis))
+        return f"{self.spin_letter}_{axis}"
+
+    @cached_property
+    def euler(self) -> EulerForm | None:
+        """Euler's equations of a body by a quaternion, None of other systems and in steps."""
+        derivation = self.equations.derivation
+        if derivation.steps is not None or not self.by_euler:
+            return None
+        return derivation.euler if has_quaternion(self.equations) else None
 
     # -- what is left out -----------------------------------------------------------
 

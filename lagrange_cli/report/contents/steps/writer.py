@@ -115,6 +115,18 @@ class Writer:
         """Return an expression within a sentence."""
         return Inline(self.formula(expression))
 
+    @cached_property
+    def spin_letter(self) -> str:
+        """The letter of angular velocities, ω where the scene has no other use for it.
+
+        Outputs that are components of an angular velocity are no other use.
+        """
+        turnings = [p.turning for p in self.equations.system.particles if p.turning is not None]
+        spins = {e for t in turnings for e in (*t.spin, *t.spin_in_space)}
+        outputs = self.equations.system.outputs
+        same = {name for name, expression in outputs if expression in spins}
+        return free_base(self.equations, ("omega", "Omega", "w", "u"), same)
+
     # -- rows -----------------------------------------------------------------------
 
     def row(self, label: Text, *chain: Expr) -> Formula:
@@ -277,11 +289,6 @@ class StepsWriter(Writer):
     def turning(self) -> tuple[BodySteps, ...]:
         """The rigid bodies that turn."""
         return tuple(body for body in self.steps.bodies if body.turning is not None)
-
-    @cached_property
-    def spin_letter(self) -> str:
-        """The letter of angular velocities, ω where the scene has no other use for it."""
-        return free_base(self.equations, ("omega", "Omega", "w", "u"))
 
     @cached_property
     def angle_letter(self) -> str:
