@@ -111,19 +111,30 @@ def _is_apart(derivation: Uncertified, body: Body, numbers: Sequence[int]) -> bo
     if not set(entries(derivation.closures[0].gradient)) <= set(numbers):
         return False
     places = [reduced.resolved[s] for s in reduced.elements[0].centre]
-    moving = [p for p in places if not symbols_in(p).isdisjoint({c.q for c in reduced.coordinates})]
     if len(reduced.coordinates) == 4:
-        return reduced.names.t not in {s for p in places for s in symbols_in(p)}
-    turned = {s for p in moving for s in symbols_in(p)}
-    return quaternion.isdisjoint(turned) and body.centre is None
+        rotation = [_resolved(reduced, e) for e in body.rotation]
+        arm = [_resolved(reduced, part) for part in body.centre or ()] or [_ZERO] * 3
+        turned = [
+            sp.Add(*(r * a for r, a in zip(rotation[k : k + 3], arm, strict=True)))
+            for k in (0, 3, 6)
+        ]
+        places = [sp.expand(p - e) for p, e in zip(places, turned, strict=True)]
+        quaternion |= {reduced.names.t}
+    elif body.centre is not None:
+        return False
+    return quaternion.isdisjoint({s for p in places for s in symbols_in(p)})
+
+
+def _resolved(reduced: Reduced, expression: Expression) -> sp.Expr:
+    return reduced.resolve(reduced.convert(expression))
 
 
 def _tensor(reduced: Reduced, body: Body, *, is_pivot: bool) -> list[sp.Expr]:
     """Return the entries of the tensor about the centre of mass, or about a pivot beside it."""
-    tensor = [reduced.resolve(reduced.convert(e)) for row in body.inertia for e in row]
+    tensor = [_resolved(reduced, e) for row in body.inertia for e in row]
     if not is_pivot or body.centre is None:
         return tensor
-    arm = [reduced.resolve(reduced.convert(part)) for part in body.centre]
+    arm = [_resolved(reduced, part) for part in body.centre]
     square, mass = sp.Add(*(a**2 for a in arm)), reduced.masses[0]
     return [
         sp.expand(entry + mass * ((square if i == j else 0) - arm[i] * arm[j]))

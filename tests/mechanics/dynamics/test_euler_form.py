@@ -132,6 +132,13 @@ def test_other_systems_have_lagranges_equations(old: str, new: str) -> None:
     assert euler_form(derive_uncertified(reduce(read_text(text)))) is None
 
 
+@pytest.mark.parametrize("place", ["[q1, 0, 0]", "[sin(3*t), 0, 0]"])
+def test_a_pivot_that_moves_has_lagranges_equations(place: str) -> None:
+    text = TOP.replace("    mass: m", f"    at: {place}\n    mass: m")
+    assert text != TOP
+    assert euler_form(derive_uncertified(reduce(read_text(text)))) is None
+
+
 def test_the_text_has_eulers_equations_without_a_multiplier() -> None:
     text = loads(TOP).derive().text()
     assert "A ω̇_1 = (A - C) ω_2 ω_3 + 2 m g h (q0 q1 + q2 q3)" in text
