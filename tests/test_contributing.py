@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+import shlex
 import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
+
+from lagrange_cli.cli.main import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ("CONTRIBUTING.md", "SECURITY.md", "tests/README.md")
@@ -85,3 +89,15 @@ def test_every_mark_is_described_and_declared() -> None:
 
 def test_the_workflow_runs_the_script() -> None:
     assert "- run: .ci/run\n" in page(".github/workflows/ci.yml")
+
+
+def test_the_workflow_runs_commands_that_there_are_on_other_systems() -> None:
+    job = yaml.safe_load(page(".github/workflows/ci.yml"))["jobs"]["elsewhere"]
+    assert job["strategy"]["matrix"]["system"] == ["macos-latest", "windows-latest"]
+    commands = [shlex.split(step["run"]) for step in job["steps"] if "run" in step]
+    assert {words[1] for words in commands if words[0] == "lagrange"} <= set(COMMANDS)
+    words = [word for command in commands for word in command]
+    assert all((ROOT / word).exists() for word in words if word.startswith(("tests/", "systems")))
+    (extras,) = re.findall(r"\.\[(.*)\]", " ".join(words))
+    known = tomllib.loads(page("pyproject.toml"))["project"]["optional-dependencies"]
+    assert set(extras.split(",")) <= known.keys()

@@ -198,7 +198,7 @@ class Cache:
         with temporary_file(os.path.dirname(path)) as made:
             with os.fdopen(made.handle, "wb", closefd=False) as stream:
                 stream.write(data)
-            os.replace(made.path, path)
+            made.replace(path)
 
     def _bound(self, new: str) -> None:
         """Remove entries that exceed the bounds, but not the new one."""

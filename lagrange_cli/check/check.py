@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import traceback
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
@@ -93,6 +94,9 @@ class ReportStore:
         return digest(self.question, name_of(path), data, *recordings)
 
 
+#: Windows has no limits, and macOS does not keep them.
+_UNLIMITED = ("win32", "darwin")
+
 _OutcomeOfScene = tuple[SceneOutcome, tuple[Problem, ...]]
 
 
@@ -167,6 +171,8 @@ def _require_processes(scenes: Sequence[str], limits: Limits, cluster: Cluster |
     if limits and place:
         hint = "limits are of processes of this machine, which check files"
         raise InputError(Problem(f"a check on {place} has no limits", hint=hint, rule="limit"))
+    if limits.memory is not None and sys.platform in _UNLIMITED:
+        raise InputError(Problem("this system limits the memory of no process", rule="limit"))
 
 
 def _in_processes(

@@ -12,6 +12,7 @@ import re
 import sys
 import threading
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from queue import SimpleQueue
@@ -215,12 +216,14 @@ def answered(request: dict[str, Any]) -> Any:
 
 
 def _limit_memory() -> None:
-    """Limit the memory of this process, where the system can."""
-    try:
+    """Limit the memory of this process, where the system can.
+
+    Windows has no such limit for a process that limits itself, and macOS may refuse it.
+    """
+    with suppress(ImportError, OSError, ValueError):
         import resource
-    except ImportError:
-        return  # Windows has no such limit for a process that limits itself.
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
 
 
 def _requests(stream: BinaryIO) -> SimpleQueue[bytes]:

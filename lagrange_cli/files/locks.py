@@ -33,6 +33,10 @@ _LONGEST = 512
 _FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
+#: Windows neither renames nor removes files that are open, and its signal 0 is Ctrl-C.
+POSIX = os.name == "posix"
+
+
 def _fcntl() -> ModuleType | None:
     try:
         import fcntl
@@ -81,9 +85,12 @@ def sole_writer(output: str | None) -> Iterator[None]:
     try:
         yield
     finally:
+        if not POSIX:
+            os.close(handle)
         with suppress(OSError):
             os.unlink(path)
-        os.close(handle)
+        if POSIX:  # The lock holds until the file is gone.
+            os.close(handle)
 
 
 def _acquired(path: str, output: str) -> int:
@@ -114,7 +121,8 @@ def _take(handle: int, path: str, output: str) -> bool:
         if not os.fstat(handle).st_nlink:
             return False
         os.ftruncate(handle, 0)
-        os.pwrite(handle, f"lagrange {os.getpid()} {_machine()}\n".encode(), 0)
+        os.lseek(handle, 0, os.SEEK_SET)
+        os.write(handle, f"lagrange {os.getpid()} {_machine()}\n".encode())
     except OSError as error:
         raise cannot_write(f"'{path}'", error) from error
     return True

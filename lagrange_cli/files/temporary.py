@@ -13,9 +13,9 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from typing import NamedTuple
+from dataclasses import dataclass
 
-from lagrange_cli.files.locks import try_lock
+from lagrange_cli.files.locks import POSIX, try_lock
 
 #: Temporary files: the number of the process, for a person, and 32 random digits.
 _FILE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.tmp", re.ASCII)
@@ -27,11 +27,43 @@ _REFUSE = re.compile(r"\.lagrange-([0-9]+)-[0-9a-f]{32}\.old", re.ASCII)
 _READ_WRITE = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
-class Temporary(NamedTuple):
-    """A temporary file: its handle, open for reading and writing, and its path."""
+@dataclass
+class Temporary:
+    """A temporary file.
+
+    Attributes
+    ----------
+    handle
+        Open for reading and writing, until the file is closed.
+    path
+        Its path.
+    is_open
+        It was not closed yet.
+    """
 
     handle: int
     path: str
+    is_open: bool = True
+
+    def replace(self, target: str) -> None:
+        """Give the file the name of another, which it replaces."""
+        if not POSIX:
+            self.close()
+        os.replace(self.path, target)
+
+    def remove(self) -> None:
+        """Remove the file unless it has another name now; its lock holds until it is gone."""
+        if not POSIX:
+            self.close()
+        with suppress(FileNotFoundError):
+            os.unlink(self.path)
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; its lock ends."""
+        if self.is_open:
+            self.is_open = False
+            os.close(self.handle)
 
 
 def is_temporary(name: str) -> bool:
@@ -53,10 +85,7 @@ def temporary_file(folder: str | os.PathLike[str]) -> Iterator[Temporary]:
     try:
         yield made
     finally:
-        # Closed last: the lock holds until nothing of that name is left.
-        with suppress(FileNotFoundError):
-            os.unlink(made.path)
-        os.close(made.handle)
+        made.remove()
 
 
 @contextmanager
@@ -187,7 +216,9 @@ def _is_own(status: os.stat_result) -> bool:
 
 
 def _lives(process: int) -> bool:
-    """Say whether there is a process of this number; a number can be taken again."""
+    """Say whether there may be a process of this number; a number can be taken again."""
+    if not POSIX:
+        return True
     try:
         os.kill(process, 0)
     except ProcessLookupError:

@@ -80,7 +80,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             with os.fdopen(made.handle, "w+b", closefd=False) as stream:
                 yield stream
             _finish(made, target)
-            os.replace(made.path, target)
+            made.replace(target)
     except OSError as error:
         raise cannot_write(f"'{path}'", error) from error
 
@@ -112,7 +112,7 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, str | bytes]
 def _write(files: Mapping[str, str | bytes], admit: Callable[[], None] | None = None) -> None:
     """Write all contents to temporary files beside their targets, then rename each."""
     with ExitStack() as stack:
-        waiting: list[tuple[str, str, str]] = []
+        waiting: list[tuple[str, Temporary, str]] = []
         for path, content in files.items():
             data = content.encode() if isinstance(content, str) else content
             target = os.path.realpath(path)
@@ -121,13 +121,13 @@ def _write(files: Mapping[str, str | bytes], admit: Callable[[], None] | None = 
             except OSError as error:
                 raise cannot_write(f"'{path}'", error) from error
             if staged is not None:
-                waiting.append((path, staged.path, target))
+                waiting.append((path, staged, target))
         if admit is not None:
             admit()
         with _uninterrupted():
             for path, temporary, target in waiting:
                 try:
-                    os.replace(temporary, target)
+                    temporary.replace(target)
                 except OSError as error:
                     raise cannot_write(f"'{path}'", error) from error
 

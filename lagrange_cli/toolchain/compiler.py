@@ -44,6 +44,9 @@ _OTHER_COMPILERS = ("clang", "zig")
 #: behaviour where nothing is optimized.
 _ZIG_OPTIONS = ("cc", "-nostdlib", "-lc", "-s", "-fno-sanitize=undefined")
 
+#: What the names of programs end in.
+_ENDINGS = ("", ".exe") if os.name == "nt" else ("",)
+
 #: Seconds after which a compilation is given up.
 LONGEST_COMPILATION = 120.0
 
@@ -88,7 +91,8 @@ class Compiler:
 
         ``kept_folder``: where it may keep what it needs again, if there is such a folder.
         """
-        variables = {**os.environ, "LC_ALL": "C", "TMPDIR": folder}
+        places = dict.fromkeys(("TMPDIR", "TMP", "TEMP"), folder)
+        variables = {**os.environ, "LC_ALL": "C", **places}
         if self.packaged:
             variables["ZIG_GLOBAL_CACHE_DIR"] = kept_folder or folder
             variables["ZIG_LOCAL_CACHE_DIR"] = folder
@@ -164,9 +168,10 @@ def _file(path: str) -> str:
 def _executable(command: str, path: str) -> str | None:
     folders = [""] if os.sep in command else path.split(os.pathsep)
     for folder in folders:
-        candidate = os.path.join(folder, command)
-        if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
-            return os.path.abspath(candidate)
+        for ending in _ENDINGS:
+            candidate = os.path.join(folder, command + ending)
+            if os.path.isfile(candidate) and os.access(candidate, os.X_OK):
+                return os.path.abspath(candidate)
     return None
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import threading
 import time
+from _thread import interrupt_main
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -41,7 +41,8 @@ def _send_again(number: int) -> None:
     """
     main = threading.main_thread().ident
     if main is None or not hasattr(signal, "pthread_kill"):
-        threading.Timer(_PAUSE, os.kill, (os.getpid(), number)).start()
+        # Where signals are sent to no thread, os.kill ends the process.
+        threading.Timer(_PAUSE, interrupt_main, (number,)).start()
     else:
         threading.Timer(_PAUSE, signal.pthread_kill, (main, number)).start()
 

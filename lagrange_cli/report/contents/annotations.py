@@ -61,7 +61,7 @@ def _escape(value: str, *more: tuple[str, str]) -> str:
 def _annotation(scene: SceneReport, problem: Problem) -> str:
     """One ``::error`` workflow command."""
     mark = problem.mark
-    places = {"file": mark.file if mark else scene.path}
+    places = {"file": _forward(mark.file if mark else scene.path)}
     if mark:
         places |= {"line": str(mark.line), "col": str(mark.column)}
     places["title"] = f"{scene.outcome}: {problem.rule}"
@@ -173,7 +173,7 @@ def junit_xml(report: Report) -> str:
         case = ElementTree.SubElement(
             suite,
             "testcase",
-            classname=_xml(escape_controls(folder.replace(os.sep, "."))) or ".",
+            classname=_xml(escape_controls(_forward(folder).replace("/", "."))),
             name=_xml(escape_controls(name)),
             file=_xml(escape_controls(scene.path)),
             time=f"{scene.seconds:.3f}",
