@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.program.graph.operands import (
+    AffineIndex,
     Cell,
     Constant,
     FunctionCall,
@@ -18,7 +19,12 @@ from lagrange_cli.program.graph.operands import (
     Variable,
     rebuilt,
 )
-from lagrange_cli.program.systems.loop_rolling import LoopNest, Statement, roll_loops
+from lagrange_cli.program.systems.loop_rolling import (
+    LoopNest,
+    LoopStatement,
+    Statement,
+    roll_loops,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -222,3 +228,11 @@ def test_loops_repeat_the_statements(statements, times_over):
     assert Counter(counted(expanded(roll_loops(statements, locate, independent=True)))) == Counter(
         written
     )
+
+
+def test_a_loop_tells_the_numbers_of_each_array():
+    """w[2 i + 1] = y[i] t for three i: those of w are odd."""
+    places = ("w", AffineIndex(1, (2,))), ("y", AffineIndex(0, (1,))), None
+    product = Product((Variable("y0"), Variable("t")), ())
+    loop = LoopNest((AffineIndex(3),), (LoopStatement(places, product),))
+    assert [sorted(loop.numbers(array)) for array in "wyt"] == [[1, 3, 5], [0, 1, 2], []]
