@@ -101,7 +101,4 @@ def _renamed(placed: PlacedRobot) -> list[str]:
 
 def _freedom(joint: Joint) -> str:
     places = "x, y, z and " if joint.kind == "free" else ""
-    return (
-        f"'{joint.child}' moves by {places}the turns yaw, pitch, roll, whose equations end where"
-        " the pitch is a right angle"
-    )
+    return f"'{joint.child}' moves by {places}a quaternion, which reaches every orientation"

@@ -15,6 +15,7 @@ from decimal import Decimal
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.robots.names import Names, identifier, short_names
 from lagrange_cli.robots.poses import (
+    FreeTurn,
     JointTurn,
     Pose,
     axis_vector,
@@ -60,7 +61,7 @@ class Coordinate:
 
     name: str
     joint: Joint
-    is_angle: bool
+    unit: str | None
     description: str
     start: str = "0"
 
@@ -171,9 +172,7 @@ class _Placing:
         name = self.result.names.take(short)
         self.result.expressions[joint.name] = name
         word = "angle" if joint.kind == "hinge" else "displacement"
-        described = Coordinate(
-            name, joint, joint.kind == "hinge", f"{word} of {joint.name}", _start(joint)
-        )
+        described = Coordinate(name, joint, _UNITS[word], f"{word} of {joint.name}", _start(joint))
         self.result.coordinates.append(described)
 
     def _following(self, joint: Joint, moving: list[Joint]) -> str:
@@ -203,15 +202,16 @@ class _Placing:
     def _name_several(self, joint: Joint, is_suffixed: bool) -> None:
         """Name the coordinates of a joint that has several."""
         suffix = f"_{identifier(joint.name)}" if is_suffixed else ""
-        stems: Iterable[tuple[str, bool, str]] = {
-            "free": _FREE,
-            "planar": _PLANAR,
-            "ball": _FREE[3:],
+        stems: Iterable[tuple[str, str]] = {
+            "free": (*_PLACES, *_PARTS),
+            "planar": (*_PLACES[:2], ("theta", "turn")),
+            "ball": _PARTS,
         }[joint.kind]
-        for stem, is_angle, what in stems:
+        for stem, what in stems:
             name = self.result.names.take(f"{stem}{suffix}")
             self.several[joint.name, stem] = name
-            described = Coordinate(name, joint, is_angle, f"{what} of {joint.child}")
+            start = "1" if stem == _PARTS[0][0] else "0"
+            described = Coordinate(name, joint, _UNITS.get(what), f"{what} of {joint.child}", start)
             self.result.coordinates.append(described)
 
     def _name_links(self) -> None:
@@ -302,18 +302,15 @@ class _Placing:
                 pose = slid(pose, axis_vector(number), self.several[joint.name, stem])
             turn = JointTurn(letter, sign, self.several[joint.name, "theta"])
             return replace(pose, turns=(*pose.turns, turn))
-        turns = tuple(
-            JointTurn(axis, 1, self.several[joint.name, stem])
-            for axis, stem in (("z", "yaw"), ("y", "pitch"), ("x", "roll"))
-        )
+        freely = FreeTurn(tuple(self.several[joint.name, stem] for stem, _ in _PARTS))
         if joint.kind == "ball":
-            return replace(pose, turns=(*pose.turns, *turns))
-        return self._freed(pose, joint, turns)
+            return replace(pose, turns=(*pose.turns, freely))
+        return self._freed(pose, joint, freely)
 
-    def _freed(self, pose: Pose, joint: Joint, turns: tuple[JointTurn, ...]) -> Pose:
+    def _freed(self, pose: Pose, joint: Joint, turn: FreeTurn) -> Pose:
         """Return the pose of a link that is free: it begins at its place, with its turns last.
 
-        So the three turns are those of the link against where it begins, along the axes of space.
+        So the quaternion is the turn of the link against where it begins, along the axes of space.
         """
         freed = Pose()
         for number, stem in enumerate(AXES):
@@ -323,7 +320,7 @@ class _Placing:
                 replace(c, start=number_text(pose.at[number])) if c.name == name else c
                 for c in self.result.coordinates
             ]
-        return replace(freed, turns=(*turns, *pose.turns))
+        return replace(freed, turns=(turn, *pose.turns))
 
     def _note(self, what: str, mark: Mark) -> None:
         known = {entry.what: k for k, entry in enumerate(self.result.left_out)}
@@ -334,15 +331,12 @@ class _Placing:
             self.result.left_out.append(LeftOut(what, mark))
 
 
-_FREE = (
-    ("x", False, "place"),
-    ("y", False, "place"),
-    ("z", False, "place"),
-    ("yaw", True, "turn about z"),
-    ("pitch", True, "turn about y"),
-    ("roll", True, "turn about x"),
-)
-_PLANAR = (("x", False, "place"), ("y", False, "place"), ("theta", True, "turn"))
+#: Coordinates of places, and of turns by a quaternion, with what they are of a link.
+_PLACES = (("x", "place"), ("y", "place"), ("z", "place"))
+_PARTS = (("e0", "scalar part"), ("e1", "x part"), ("e2", "y part"), ("e3", "z part"))
+
+#: Units of coordinates by what they are; parts of a quaternion have none.
+_UNITS = {"angle": "rad", "turn": "rad", "displacement": "m", "place": "m"}
 
 
 def _less(expression: str, reference: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from typing import TypeAlias
 
 from lagrange_cli.robots.quantities import (
     NO_VECTOR,
@@ -34,6 +35,16 @@ class JointTurn:
 
 
 @dataclass(frozen=True)
+class FreeTurn:
+    """A turn to any orientation: the names of the four parts of a quaternion, the scalar first."""
+
+    parts: tuple[str, ...]
+
+
+AnyTurn: TypeAlias = ConstantTurn | JointTurn | FreeTurn
+
+
+@dataclass(frozen=True)
 class Slide:
     """A displacement by a coordinate: factors along three axes, and what they multiply."""
 
@@ -55,7 +66,7 @@ class Pose:
 
     at: Vector = NO_VECTOR
     slides: tuple[Slide, ...] = ()
-    turns: tuple[ConstantTurn | JointTurn, ...] = ()
+    turns: tuple[AnyTurn, ...] = ()
 
     @property
     def is_constant(self) -> bool:
@@ -84,7 +95,7 @@ class Pose:
         return replace(self, at=added(self.at, turned(matrix, placement.at)), turns=_fewest(turns))
 
 
-def _fewest(turns: tuple[ConstantTurn | JointTurn, ...]) -> tuple[ConstantTurn | JointTurn, ...]:
+def _fewest(turns: tuple[AnyTurn, ...]) -> tuple[AnyTurn, ...]:
     """Join constant turns at the end of a list."""
     count = len(turns)
     while count and isinstance(turns[count - 1], ConstantTurn):

@@ -9,7 +9,7 @@ from decimal import Decimal
 
 from lagrange_cli.robots.names import identifier
 from lagrange_cli.robots.placing import BODY_SUFFIX, PlacedFrame, PlacedRobot
-from lagrange_cli.robots.poses import Pose, times
+from lagrange_cli.robots.poses import FreeTurn, Pose, times
 from lagrange_cli.robots.quantities import ConstantTurn, Vector, number_text
 from lagrange_cli.robots.robot import Inertial, Joint, Robot
 
@@ -69,8 +69,8 @@ class _Writer:
         yield from self._points()
         yield "coordinates:"
         for c in self.placed.coordinates:
-            unit = "rad" if c.is_angle else "m"
-            yield f"  {c.name}: {{unit: {unit}, description: {_quoted(c.description)}}}"
+            unit = "" if c.unit is None else f"unit: {c.unit}, "
+            yield f"  {c.name}: {{{unit}description: {_quoted(c.description)}}}"
         yield from gravity
         yield from laws[self._inputs :]
         yield from self._limits()
@@ -246,7 +246,9 @@ class _Writer:
         values = [f"{c.name}: {c.start}" for c in self.placed.coordinates]
         yield from _flow("initial", values)
         yield "simulate: {until: 2, accuracy: 1e-9, samples: 101}"
-        yield f"expect: {{dof: {len(self.placed.coordinates)}}}"
+        # Of the four parts of a quaternion three are free.
+        free = {j.name for c in self.placed.coordinates if (j := c.joint).kind in ("free", "ball")}
+        yield f"expect: {{dof: {len(self.placed.coordinates) - len(free)}}}"
 
 
 def _suffixed(stem: str, name: str) -> str:
@@ -301,6 +303,12 @@ def _turns(pose: Pose) -> Iterator[str]:
             if pending is not None:
                 yield _turn(pending.axis, pending.angle.text)
             pending = turn
+            continue
+        if isinstance(turn, FreeTurn):
+            if pending is not None:
+                yield _turn(pending.axis, pending.angle.text)
+            pending = None
+            yield f"quaternion: [{', '.join(turn.parts)}]"
             continue
         angle = turn.angle if turn.sign > 0 else _negative(turn.angle)
         if pending is not None and pending.axis == turn.axis:

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
+from lagrange_cli.mechanics import derive
 from lagrange_cli.robots.importing import ImportedScene, import_robot
 from lagrange_cli.scene.reader import read_text
 from tests.robots.placed_bodies import PlacedBody, assert_same, placed_bodies
@@ -223,8 +224,10 @@ def test_a_free_body_begins_where_it_stands(tmp_path):
     )
     scene = imported(tmp_path, text)
     assert "at: [x, y, z]" in scene.text
-    assert "turn: [z: yaw, y: pitch, x: roll, x: pi]" in scene.text
-    assert "initial: {x: 1, y: 2, z: 3, yaw: 0, pitch: 0, roll: 0, hip: pi/9}" in scene.text
+    assert "turn: [quaternion: [e0, e1, e2, e3], x: pi]" in scene.text
+    start = "initial: {x: 1, y: 2, z: 3, e0: 1, e1: 0, e2: 0, e3: 0, hip: pi/9}"
+    assert start in scene.text
+    assert derive(read_text(scene.text), points=2).derivation.account.dof == 7
 
 
 def test_settotalmass_scales_what_has_mass(tmp_path):
