@@ -166,7 +166,10 @@ def check_paths(
 
 
 def _require_processes(scenes: Sequence[str], limits: Limits, cluster: Cluster | None) -> None:
-    """Refuse limits where scenes are not checked in processes of this machine."""
+    """Refuse limits that are none, or where no processes of this machine check the scenes."""
+    if limits.seconds is not None and not limits.seconds > 0:
+        message = f"timeout must be a positive number, not {limits.seconds:g}"
+        raise InputError(Problem(message, hint="--timeout 60", rule="limit"))
     place = "a cluster" if cluster else "standard input" if "-" in scenes else ""
     if limits and place:
         hint = "limits are of processes of this machine, which check files"

@@ -10,6 +10,7 @@ from __future__ import annotations
 import gc
 import math
 import multiprocessing
+import sys
 import threading
 import time
 from collections import deque
@@ -42,6 +43,9 @@ _Job = Callable[[str], SceneReport]
 
 #: Seconds in which a process that is asked to end may tidy up.
 _GRACE = 2.0
+
+#: Seconds after which clocks are looked at again: systems wait for no number beyond theirs.
+_LONGEST_WAIT = 3600.0
 
 #: Modules that a check needs: imported once, by the server, not by the process of each scene.
 _PRELOADED = [
@@ -92,6 +96,8 @@ def _work(
     if memory is not None:
         import resource  # which Windows lacks
 
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
+        memory = min(memory, sys.maxsize if most == resource.RLIM_INFINITY else most)
         resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     with suppress(EOFError):
         while True:
@@ -227,9 +233,12 @@ def in_processes(
 
 
 def _patience(workers: Iterable[_Worker], seconds: float | None) -> float | None:
-    """Return the seconds until the first worker is overdue; None where none will be."""
+    """Return the seconds until the first worker is overdue, at most an hour.
+
+    None where none will be overdue.
+    """
     left = min(worker.seconds_left(seconds) for worker in workers)
-    return None if math.isinf(left) else max(left, 0.0)
+    return None if math.isinf(left) else min(max(left, 0.0), _LONGEST_WAIT)
 
 
 #: Threads of a worker check in turn: most of that is Python's.

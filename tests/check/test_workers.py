@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 import signal
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 from lagrange_cli.check.check import check_paths
 from lagrange_cli.check.model import Limits, SceneReport
 from lagrange_cli.check.workers import in_processes
+from lagrange_cli.errors import InputError
 
 pytestmark = pytest.mark.slow
 
@@ -86,6 +88,13 @@ def test_memory_is_limited():
     assert "ended with exit code 1" in found["memory"].problems[0].message
     limited = in_processes(["a", "b", "c"], 1, job, Limits(memory=2 * 10**9))
     assert len({report.seconds for report in limited}) == 3  # each has the whole memory
+
+
+def test_limits_beyond_those_of_the_system_are_none():
+    (report,) = in_processes(["a"], 1, job, Limits(seconds=1e300, memory=10**30))
+    assert report.outcome == "pass"
+    with pytest.raises(InputError, match="timeout must be a positive number, not nan"):
+        check_paths([__file__], limits=Limits(seconds=math.nan))
 
 
 def test_large_scenes_are_checked_first_and_reported_in_their_place(tmp_path, monkeypatch):
