@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import localcontext
 
@@ -11,7 +12,7 @@ from lagrange_cli.files import read_bytes
 from lagrange_cli.robots.mjcf import robot_of_mjcf
 from lagrange_cli.robots.placing import PlacedRobot, placed_robot
 from lagrange_cli.robots.quantities import ARITHMETIC
-from lagrange_cli.robots.robot import Joint, Robot
+from lagrange_cli.robots.robot import Robot
 from lagrange_cli.robots.scene_text import SceneOptions, scene_text
 from lagrange_cli.robots.urdf import robot_of_urdf
 from lagrange_cli.robots.xml_reader import read_xml
@@ -90,8 +91,7 @@ def _warnings(robot: Robot, placed: PlacedRobot) -> list[Problem]:
 def _renamed(placed: PlacedRobot) -> list[str]:
     pairs = [(c.joint.name, c.name) for c in placed.coordinates if c.joint.name != c.name]
     links = [(f.link, f.name) for f in placed.frames if f.link != f.name]
-    remarks = [_freedom(c.joint) for c in placed.coordinates if c.joint.kind in ("free", "ball")]
-    remarks = list(dict.fromkeys(remarks))
+    remarks = list(_freedoms(placed))
     for what, renamed in (("joints", pairs), ("links", links)):
         if renamed:
             names = ", ".join(f"{old} is {new}" for old, new in dict.fromkeys(renamed))
@@ -99,6 +99,14 @@ def _renamed(placed: PlacedRobot) -> list[str]:
     return remarks
 
 
-def _freedom(joint: Joint) -> str:
-    places = "x, y, z and " if joint.kind == "free" else ""
-    return f"'{joint.child}' moves by {places}a quaternion, which reaches every orientation"
+def _freedoms(placed: PlacedRobot) -> Iterator[str]:
+    """Say of each link that moves freely, or on a ball, by which coordinates it does."""
+    by_joint: dict[str, list[str]] = {}
+    for c in placed.coordinates:
+        if c.joint.kind in ("free", "ball"):
+            by_joint.setdefault(c.joint.child, []).append(c.name)
+    for link, names in by_joint.items():
+        *places, scalar, first, second, third = names
+        moved = f"{', '.join(places)} and " if places else ""
+        quaternion = f"the quaternion {scalar}, {first}, {second}, {third}"
+        yield f"'{link}' moves by {moved}{quaternion}, which reaches every orientation"

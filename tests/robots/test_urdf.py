@@ -193,7 +193,9 @@ def test_a_floating_root_has_three_places_and_a_quaternion(tmp_path):
     assert "at: [x, y, z]" in scene.text
     assert "turn: {quaternion: [e0, e1, e2, e3]}" in scene.text
     assert "expect: {dof: 6}" in scene.text
-    assert "a quaternion, which reaches every orientation" in scene.remarks[0]
+    assert scene.remarks[0] == (
+        "'hull' moves by x, y, z and the quaternion e0, e1, e2, e3, which reaches every orientation"
+    )
     with pytest.raises(InputError, match="nothing of this robot moves"):
         imported(tmp_path, text)
 

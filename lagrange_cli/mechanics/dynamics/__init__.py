@@ -9,6 +9,7 @@ first.
 __all__ = [
     "accelerations",
     "element_motions",
+    "euler_form",
     "idle_potentials",
     "jumps",
     "lagrange",
