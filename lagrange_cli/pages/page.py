@@ -46,6 +46,9 @@ _EMITTED = ("rhs", "energy", "positions", "DEFAULTS", "INITIAL", "START")
 _EMITTED_OF_CONTACTS, _EMITTED_OF_SWITCHES = ("FLIGHT", "reset"), ("PLACES", "change")
 _EMITTED_OF_EVENTS = ("falls", "first_due")
 
+#: Those of them that take the values of inputs, where a scene has any.
+_DRIVEN = ("rhs", "energy", "positions", "project", "reset", "change")
+
 #: Most numbers of the simulated trajectory that a page holds, and its significant digits.
 _MOST_NUMBERS, _DIGITS = 30_000, 12
 
@@ -142,7 +145,15 @@ def _system(equations: Equations) -> str:
     exported += _EMITTED_OF_CONTACTS if system.contacts else []
     exported += _EMITTED_OF_SWITCHES if system.switches else []
     exported += _EMITTED_OF_EVENTS if system.contacts or system.switches else []
-    return f"\n{_within_html(module)}\nglobalThis.lagrangeSystem = {{ {', '.join(exported)} }};\n"
+    handed = [
+        _with_inputs(name) if system.inputs and name in _DRIVEN else name for name in exported
+    ]
+    return f"\n{_within_html(module)}\nglobalThis.lagrangeSystem = {{ {', '.join(handed)} }};\n"
+
+
+def _with_inputs(function: str) -> str:
+    """Return a function that hands the scene's inputs to an emitted one, behind the parameters."""
+    return f"{function}: (t, y, p, ...more) => {function}(t, y, p, inputs(t, y, p), ...more)"
 
 
 def _within_html(module: str) -> str:
@@ -298,7 +309,7 @@ def _words(say: Language) -> dict[str, str]:
             "No motion starts with these values: nothing near them satisfies the constraints."
         ),
         "recorded": say(
-            "From t = {t} on the simulated motion is shown: this page cannot continue its own"
+            "From t = {t} on the simulated motion is shown: that of this page ends or leaves it"
             " there, as where a body sticks.",
             t="{t}",
         ),

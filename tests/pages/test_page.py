@@ -39,6 +39,23 @@ simulate: {until: 2}
 """
 
 
+#: A ball that bounces while an input pushes it.
+PUSHED = """
+name: pushed_ball
+parameters: {m: 1, g: 9.81, a: 3}
+inputs: {F: a*sin(2*t)}
+plane: xz
+particles: {ball: {mass: m, position: [x, y, z]}}
+constraints: {floor: {unilateral: z >= 0, restitution: 0.7}}
+potentials: {weight: {gravity: g}}
+forces: {wind: {on: x, force: F}}
+initial: {x: 0, z: 1, dot(x): 0, dot(z): 0}
+simulate: {until: 2}
+"""
+
+WRITTEN = {"hostile": HOSTILE, "pushed_ball": PUSHED}
+
+
 def written(derivation: Any, path: Path, language: str = "en") -> Path:
     path.write_text(derivation.page(language=language), encoding="utf-8")
     return path
@@ -74,7 +91,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "stick_slip_belt": "switching/stick_slip_belt",
         }.items()
     }
-    scenes["hostile"] = loads(HOSTILE).derive()
+    scenes |= {name: loads(text).derive() for name, text in WRITTEN.items()}
     files = [written(derivation, folder / f"{name}.html") for name, derivation in scenes.items()]
     (folder / "used.html").write_bytes((folder / "slider_crank.html").read_bytes())
     rows = driven([*files, Path("--use"), folder / "used.html"])
@@ -86,7 +103,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
     [
         *("double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"),
         *("dc_motor_pendulum", "bouncing_ball", "slack_rope", "rolling_disk", "seismometer"),
-        "slider_with_play",
+        *("slider_with_play", "pushed_ball"),
     ],
 )
 def test_a_page_moves_as_the_simulation_does(pages, name):

@@ -3,6 +3,9 @@
 /** Tolerances: of the page's motion, and how much smaller that of the run it is compared with. */
 const [TOLERANCE, FINER] = [1e-11, 100];
 
+/** Difference from the simulated motion over the scales from which on that is shown. */
+const LEFT = 1e-3;
+
 /** The shift of a twin's start, and most points of a curve. */
 const [SHIFT, MOST_POINTS] = [1e-6, 1500];
 
@@ -61,7 +64,13 @@ function compare() {
   for (; compared < times.length && times[compared] <= reached; ++compared) {
     const t = times[compared];
     const state = finer ? finer.at(t) : simulatedColumns.map((column) => column[compared]);
-    largest = Math.max(largest, difference(motion.at(t), state, scales));
+    const off = difference(motion.at(t), state, scales);
+    if (!finer && off > LEFT && compared) {
+      motion.endAt(times[compared - 1]);
+      goOnAsSimulated();
+      break;
+    }
+    largest = Math.max(largest, off);
   }
   if (!compared) return;
   const said = (finer ? words.refined : words.certified)
@@ -252,13 +261,16 @@ function compute() {
   const growing = [motion, twin, finer].filter((run) => run?.status === 'running');
   const share = (view.isPlaying ? SHARED : ALONE) / growing.length;
   for (const run of growing) run.advance(share);
-  // A motion that sticks where forces jump, or a singular one, goes on as it was simulated.
-  const hasEnded = ['slow', 'failed'].includes(motion.status) && motion.segments.length;
-  if (hasEnded && isUsual() && motion.own === undefined && settings.until <= span[1]) {
-    motion.goOnWith(simulatedTimes, simulatedColumns);
-  }
+  if (['slow', 'failed'].includes(motion.status) && motion.segments.length) goOnAsSimulated();
   isGrown ||= growing.length > 0;
   return growing.length > 0;
+}
+
+/** Go on as it was simulated, where a body sticks or a state is singular, at the scene's settings. */
+function goOnAsSimulated() {
+  if (!isUsual() || motion.own !== undefined || settings.until > span[1]) return;
+  motion.goOnWith(simulatedTimes, simulatedColumns);
+  [isStale, isMoved] = [true, true];
 }
 
 /** Draw curves, marks and texts, a few times a second. */

@@ -150,6 +150,17 @@ class Motion {
       && this.reached - this.times[since] < LEAST * (this.until - this.from);
   }
 
+  /** End at a time that was passed. */
+  endAt(t) {
+    const number = this.segmentAt(t);
+    this.state = this.at(t);
+    this.segments.length = number + 1;
+    this.times.length = number + 1;
+    this.times.push(t);
+    this.traced = [];
+    this.status = 'left';
+  }
+
   /**
    * Go on with a known motion where this one has ended: cubics through its coordinates and their
    * rates, straight lines through the other numbers.
