@@ -190,7 +190,9 @@ def table(rows: list[dict[str, Any]]) -> list[str]:
         "with an empty plot": len(empty),
         "whose motion a slider does not change": len(still),
         "continued as simulated": f"{len(stuck)} {', '.join(stuck)}",
-        "largest difference of the others": f"{worst['usual']['largest']:.1e} {Path(worst['file']).stem}",
+        "largest difference of the others": (
+            f"{worst['usual']['largest']:.1e} {Path(worst['file']).stem}"
+        ),
         "median difference": f"{statistics.median(r['usual']['largest'] for r in whole):.1e}",
         "step of the double pendulum in V8, in C": f"{in_v8 * 1e9:.0f} ns, {in_c * 1e9:.0f} ns",
     }
