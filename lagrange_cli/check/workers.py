@@ -58,6 +58,10 @@ _PRELOADED = [
     "lagrange_cli.simulate.charts.passages",
     "lagrange_cli.simulate.charts.simulation",
     "lagrange_cli.simulate.model.build",
+    # SymPy imports these at its first operations.
+    "sympy.assumptions.wrapper",
+    "sympy.sets.setexpr",
+    "sympy.tensor.tensor",
 ]
 
 

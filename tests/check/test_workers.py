@@ -16,6 +16,7 @@ from lagrange_cli.check.check import check_paths
 from lagrange_cli.check.model import Limits, SceneReport
 from lagrange_cli.check.workers import in_processes
 from lagrange_cli.errors import InputError
+from tests.systems.shipped import SCENES
 
 pytestmark = pytest.mark.slow
 
@@ -64,6 +65,27 @@ def test_workers_collect_garbage_as_seldom_as_their_parent(monkeypatch):
     monkeypatch.setattr(gc, "get_threshold", lambda: (54_321, 20, 50))
     (report,) = in_processes(["a"], 2, collecting)
     assert report.seconds == 54_321
+
+
+#: Prints the modules that the check of a scene imports beside those that the server has.
+IMPORTING = """
+import importlib, sys
+from lagrange_cli.check import check, model, workers
+for name in workers._PRELOADED:
+    importlib.import_module(name)
+before = set(sys.modules)
+report = check.check_scene(sys.argv[1], model.CheckOptions(motions="short"))
+assert report.outcome == "pass"
+print(*(set(sys.modules) - before))
+"""
+
+
+@pytest.mark.parametrize("name", ["pendulum", "heavy_top", "bouncing_ball"])
+def test_checks_import_what_the_server_has_imported(name):
+    command = [sys.executable, "-c", IMPORTING, str(SCENES[name])]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    heavy = ("lagrange_cli.", "sympy.", "scipy.", "numpy.", "mpmath.")
+    assert [module for module in done.stdout.split() if module.startswith(heavy)] == []
 
 
 def test_workers_end_with_their_reader():

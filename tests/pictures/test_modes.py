@@ -36,6 +36,19 @@ def equations(*place):
     return load(SYSTEMS.joinpath(*place)).derive().equations
 
 
+def test_states_of_first_order_are_no_places():
+    text = """
+    particles: {b: {mass: 1, position: [x, 0, 0]}}
+    coordinates: [x]
+    potentials: {spring: 2*x^2}
+    states: {s: -s}
+    initial: {x: 0, s: 1}
+    """
+    found = mode_pictures(loads(text).derive().equations, moving=False)
+    moved = [panel.sketch.moved[0].bodies - panel.sketch.at_rest.bodies for panel in found.panels]
+    assert sorted(bool(np.abs(places).max() > 0) for places in moved) == [False, True]
+
+
 @pytest.mark.slow
 def test_a_chain_is_displaced_as_sines():
     """x_i is proportional to sin(π r i/(n + 1)) in mode r, and has five springs."""

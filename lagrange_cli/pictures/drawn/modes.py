@@ -80,7 +80,9 @@ def mode_pictures(
         raise InputError(Problem("there are no modes to draw", rule="plot"))
     phases = 2 * np.pi * np.arange(_FRAMES if moving else 1) / _FRAMES
     assert linear.at.position is not None
-    q0 = np.array([float(x) for x in linear.at.position])
+    # States of first order stand behind the coordinates, and are not drawn.
+    moving_ones = linear.at.position[: len(equations.system.coordinates)]
+    q0 = np.array([float(x) for x in moving_ones])
     sketch, labels = RestingSketch(equations, q0), labels_of(equations)
     panels = tuple(
         _panel(
