@@ -28,7 +28,13 @@ from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, kinks_at, rest_system
 from lagrange_cli.analysis.equilibria.search import SearchResult, search, with_exact
 from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
-from lagrange_cli.analysis.equilibria.steady import SteadySystem, steady_system, turning_names
+from lagrange_cli.analysis.equilibria.steady import (
+    SteadySystem,
+    steady_system,
+    turning_names,
+    turns_by_rates,
+)
+from lagrange_cli.analysis.equilibria.steady_rates import SteadyRates, steady_rates
 from lagrange_cli.analysis.linear.first_order import FirstOrder
 from lagrange_cli.analysis.linear.linearize import (
     exact_matrices,
@@ -44,7 +50,11 @@ from lagrange_cli.analysis.linear.sampled_loop import (
     stability_of_loop,
     without_controllers,
 )
-from lagrange_cli.analysis.linear.stability import stability, stability_of_parameters
+from lagrange_cli.analysis.linear.stability import (
+    stability,
+    stability_of_parameters,
+    stability_of_rates,
+)
 from lagrange_cli.analysis.result import Analysis, LeftOut
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.analysis.values import Equilibria, Equilibrium, Linearization, Mode, Stability
@@ -143,7 +153,7 @@ class _RestProblem:
     """The system whose equilibria are sought, and the one that is linearized at each of them."""
 
     sought: RestSystem
-    steady: SteadySystem | None = None
+    steady: SteadySystem | SteadyRates | None = None
 
     def system_at(self, point: Equilibrium) -> RestSystem:
         return self.sought if self.steady is None else self.steady.system_at(point)
@@ -158,7 +168,11 @@ def _rest_problem(
     if not steady:
         return _RestProblem(rest_system(equations, configuration.held_inputs))
     announce("ignoring cyclic coordinates")
-    system = steady_system(equations, configuration)
+    system: SteadySystem | SteadyRates
+    if turns_by_rates(equations):
+        system = steady_rates(equations, configuration)
+    else:
+        system = steady_system(equations, configuration)
     return _RestProblem(system.sought, system)
 
 
@@ -277,6 +291,8 @@ def _stability(problem: _RestProblem, point: Equilibrium) -> Stability:
         linear = linear_system(system, point)
         if system.equations.system.controllers and not kinks_at(system, point):
             return stability_of_loop(sampled_loop(system, state_space(system, linear, point)))
+        if isinstance(problem.steady, SteadyRates):
+            return stability_of_rates(system, point, linear, problem.steady)
         return stability(system, point, linear)
     except InputError as error:
         return Stability("undecided", error.problems[0].message)

@@ -211,7 +211,6 @@ def test_inputs_drive_the_radius():
     ("scene", "at", "fragment"),
     [
         ("pendulums/pendulum", {}, "no coordinate is cyclic"),
-        ("rolling/rolling_disk", {}, "'phi' turns in the constraint 'rolling_1'"),
         ("lecture/masses_through_hole", {"p_theta": 1, "dot(theta)": 1}, "are both given"),
         ("lecture/masses_through_hole", {"p_r": 1}, "'p_r' is no coordinate"),
         ("lecture/masses_through_hole", {"r": 7}, "this is no steady motion"),

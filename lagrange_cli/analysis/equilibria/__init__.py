@@ -5,8 +5,8 @@ at rest come out, in closed form where equations can be solved one after the oth
 numbers of 30 digits with the count of starts that led to them. Read :mod:`.rest_system` first,
 which writes the equations of equilibrium (virtual work: H. Goldstein, C. Poole and J. Safko,
 Classical Mechanics, 3rd ed., section 1.4); :mod:`.closed_forms` and :mod:`.search` solve them.
-:mod:`.steady` asks the same of Routh's equations; :mod:`.state_coordinates` makes states of first
-order coordinates of equations at rest.
+:mod:`.steady` asks the same of Routh's equations, :mod:`.steady_rates` of Voronets';
+:mod:`.state_coordinates` makes states of first order coordinates of equations at rest.
 """
 
 __all__ = [
@@ -21,4 +21,5 @@ __all__ = [
     "single_equation",
     "state_coordinates",
     "steady",
+    "steady_rates",
 ]

@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.sparse import ExpressionRow, entries
-from lagrange_cli.mechanics.system import InitialState, Parameter
+from lagrange_cli.mechanics.system import Coordinate, InitialState, Parameter
 
 #: Part of the usual inertia below which inertia is rounding.
 _WITHOUT_INERTIA = mpf(10) ** -25
@@ -44,9 +44,12 @@ class SteadyForm:
     Attributes
     ----------
     equations
-        Routh's equations of the coordinates that rest, the momenta being parameters.
+        Routh's equations of the coordinates that rest, the momenta being parameters; or Voronets'
+        equations of deviations, which hold ignored coordinates beside those that rest.
+    ignored
+        The ignored coordinates, which turn.
     momenta
-        The momenta of the ignored coordinates.
+        Their momenta; none where these are not conserved.
     given_values
         For each of these the symbol of the momentum or rate that was given, and its value, None if
         that is not known.
@@ -56,9 +59,17 @@ class SteadyForm:
     """
 
     equations: Equations
+    ignored: tuple[Coordinate, ...]
     momenta: tuple[Momentum, ...]
     given_values: tuple[tuple[sp.Symbol, float | None], ...]
     conditions: tuple[sp.Expr, ...] = ()
+
+    @property
+    def resting(self) -> list[int]:
+        """Numbers of the coordinates of the equations that rest."""
+        names = {c.name for c in self.ignored}
+        coordinates = enumerate(self.equations.system.coordinates)
+        return [k for k, c in coordinates if c.name not in names]
 
 
 @dataclass(frozen=True)
@@ -172,8 +183,22 @@ class SteadySystem:
         )
 
 
+def turns_by_rates(equations: Equations) -> bool:
+    """Tell whether steady motions have given rates since constraints between velocities act.
+
+    They have given momenta where these are conserved, as those of coordinates that no constraint
+    holds.
+    """
+    differential = [c for c in equations.system.closures if c.kind == "velocity"]
+    ignored = {equations.system.coordinates[j].q for j in ignorable(equations)}
+    seen = any(ignored & c.expression.free_symbols for c in differential)
+    return bool(differential) and (not ignored or seen)
+
+
 def turning_names(equations: Equations) -> list[str]:
     """List the names of momenta and rates that ``--at`` may give."""
+    if turns_by_rates(equations):
+        return [f"dot({c.name})" for c in equations.system.coordinates]
     letter = momentum_letter(equations)
     names = [equations.system.coordinates[j].name for j in ignorable(equations)]
     return [*(f"{letter}_{name}" for name in names), *(f"dot({name})" for name in names)]
@@ -187,14 +212,12 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
     Raises
     ------
     InputError
-        There is no coordinate to ignore, none is left, one stands in a constraint between
-        velocities, or a momentum and its rate are both given.
+        There is no coordinate to ignore, none is left, or a momentum and its rate are both given.
     """
     form = routhian_form(equations)
     if not form.coordinates:
         message = "every motion is steady: all coordinates are cyclic"
         raise InputError(Problem(message, rule="analysis-steady"))
-    _require_unseen(form)
     at_rate = [m for m in form.momenta if _is_rate(m, configuration)]
     starts = dict(zip((m.name for m in form.momenta), _at_start(equations, form), strict=True))
     values = {
@@ -205,10 +228,11 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
     }
     ruled = [m.coordinate.v if m in at_rate else m.symbol for m in form.momenta]
     parameters = [
-        _parameter(symbol, values[m.name]) for symbol, m in zip(ruled, form.momenta, strict=True)
+        given_parameter(symbol, values[m.name])
+        for symbol, m in zip(ruled, form.momenta, strict=True)
     ]
     partial = _partial(equations, form, at_rate)
-    momenta = [_parameter(m.symbol, None) for m in form.momenta]
+    momenta = [given_parameter(m.symbol, None) for m in form.momenta]
     reduced = _over(equations, form, momenta, form)
     sought = _over(equations, form, parameters, partial)
     given_values = tuple(
@@ -217,12 +241,12 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
     )
     ignored = ignorable(equations)
     asked = rest_system(sought, configuration.held_inputs)
-    turned = {m.coordinate.q: mpf(0) for m in form.momenta}
+    turned = tuple(m.coordinate for m in form.momenta)
     return SteadySystem(
-        SteadyForm(reduced, form.momenta, given_values, _conditions(equations, form)),
+        SteadyForm(reduced, turned, form.momenta, given_values, _conditions(equations, form)),
         replace(
             asked,
-            known={**asked.known, **turned},
+            known={**asked.known, **{c.q: mpf(0) for c in turned}},
             free_to_give=frozenset(symbol.name for symbol in ruled),
         ),
         rest_system(reduced, configuration.held_inputs),
@@ -244,16 +268,6 @@ def _conditions(equations: Equations, form: Routhian) -> tuple[sp.Expr, ...]:
         if c.name in resting
     )
     return tuple(-f if f.could_extract_minus_sign() else f for f in forces if f != 0)
-
-
-def _require_unseen(form: Routhian) -> None:
-    """Refuse constraints between velocities in which an ignored coordinate turns."""
-    for m in form.momenta:
-        for closure in form.closures:
-            if m.coordinate.q in closure.expression.free_symbols:
-                name = m.coordinate.name
-                message = f"'{name}' turns in the constraint '{closure.name}': nothing is steady"
-                raise InputError(Problem(message, closure.mark, rule="analysis-steady"))
 
 
 def _is_rate(momentum: Momentum, configuration: Configuration) -> bool:
@@ -285,7 +299,8 @@ def _at_start(equations: Equations, form: Routhian) -> list[Mpf | None]:
             return [None] * len(form.momenta)
 
 
-def _parameter(symbol: sp.Symbol, value: Mpf | None) -> Parameter:
+def given_parameter(symbol: sp.Symbol, value: Mpf | None) -> Parameter:
+    """Return the parameter that stands for a given momentum or rate."""
     if value is None:
         return Parameter(symbol.name, symbol)
     return Parameter(symbol.name, symbol, float(value), decimal=mpmath.nstr(value, 45))
@@ -344,7 +359,7 @@ def _over(
             )
             for c in closures[: len(equations.system.closures)]
         ),
-        initial=_initial(equations, names),
+        initial=initial_of(equations, names),
         outputs=tuple(
             (name, e.xreplace(rates))
             for name, e in equations.system.outputs
@@ -355,7 +370,8 @@ def _over(
     return replace(equations, system=system, derivation=derivation)
 
 
-def _initial(equations: Equations, names: Sequence[str]) -> InitialState | None:
+def initial_of(equations: Equations, names: Sequence[str]) -> InitialState | None:
+    """Return the initial state of some coordinates alone."""
     initial, n = equations.system.initial, len(equations.system.coordinates)
     if initial is None:
         return None

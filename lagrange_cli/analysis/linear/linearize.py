@@ -105,8 +105,10 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
             _magnitudes(across) * errors[:, n : 2 * n] * _magnitudes(velocities),
         )
         _require_regular(system, reduced, independent)
+        diagonal = [mpmath.sqrt(abs(reduced[k, k])) for k in range(reduced.rows)]
+        sides = mpmath.matrix([[_ROUNDING * a * b for b in diagonal] for a in diagonal])
         return LinearSystem(
-            reduced,
+            _without_rounding(reduced, sides),
             damping,
             stiffness,
             across * forces[:, 2 * n + m :] if inputs else mpmath.matrix(across.rows, 0),

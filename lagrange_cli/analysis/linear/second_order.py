@@ -45,3 +45,8 @@ class LinearSystem:
     def is_holonomic(self) -> bool:
         """True if all closures are between positions."""
         return self.independent == self.placed
+
+    @property
+    def has_velocity_forces(self) -> bool:
+        """True if C is not zero."""
+        return any(self.damping)

@@ -21,19 +21,26 @@ from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.parameter_relations import ParameterFacts
 from lagrange_cli.analysis.equilibria.rest_system import kinks_at
+from lagrange_cli.analysis.linear.drift import varies_along_drift
 from lagrange_cli.analysis.linear.energy_test import EnergyTest, reduced_energy
 from lagrange_cli.analysis.linear.first_order import first_order
 from lagrange_cli.analysis.linear.linearize import exact_matrices, in_doubles
 from lagrange_cli.analysis.linear.second_order import LinearSystem
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf, Stability
+from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.kinks import KINKED
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.phrases import Phrase
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
+    from lagrange_cli.analysis.equilibria.steady_rates import SteadyRates
 
 #: Part of the terms of entries below which a pivot is rounding, and growth of the entries' errors.
 _ZERO, _GROWTH = mpf(10) ** -40, 100
+#: Slopes of the energy at rest, relative to its second derivatives, that are rounding.
+_LEVEL = mpf(10) ** -20
 #: States up to which poles are found in many digits.
 _MOST_STATES = 16
 #: Real parts, relative to the largest pole, that count, in many digits and in doubles: a multiple
@@ -51,6 +58,7 @@ _NO_MINIMUM = Phrase(
     "{matrix} is degenerate, and along its null direction the energy has no minimum",
     matrix=("K",),
 )
+_LOWEST = Phrase("the energy at rest has a minimum")
 _DEGENERATE = Phrase("{matrix} is degenerate", matrix=("K",))
 _NOT_CYCLIC = Phrase("free coordinates are not cyclic")
 _NOT_POSITIVE = Phrase("no pole has a positive real part")
@@ -100,6 +108,40 @@ def stability_of_parameters(system: RestSystem, at: Equilibrium) -> Stability:
     return Stability("stable", Phrase("{reason}: the energy has a minimum", reason=_DEFINITE))
 
 
+def stability_of_rates(
+    system: RestSystem, at: Equilibrium, linear: LinearSystem, family: SteadyRates
+) -> Stability:
+    """Decide the stability of a steady motion, in what rests and in the rates, which are given.
+
+    Poles of the rates vanish. If these are functions of the one coordinate that rests, it is stable
+    with an imaginary pair beside them (the energy at constant integrals has a minimum); if all
+    rates are steady, with negative real parts beside them (A. M. Lyapunov 1892, I. G. Malkin 1944).
+    """
+    if kinks_at(system, at):
+        return Stability("undecided", Phrase("the forces are not smooth there"))
+    question = _Question(system, at, linear)
+    if varies_along_drift(system, at, linear):
+        return Stability("undecided", _NOT_CYCLIC)
+    poles, tolerance = question.poles()
+    if max((p.real for p in poles), default=0.0) > tolerance:
+        return question.by_poles()
+    others = [p for p in poles if abs(p) > tolerance]
+    ignored = {c.name for c in family.form.ignored}
+    if len(poles) - len(others) > len(ignored) or set(at.free) > ignored:
+        return Stability("undecided", _NOT_POSITIVE)
+    if all(p.real < -tolerance for p in others) and family.is_family:
+        reason = Phrase("all other poles than those of the rates have negative real parts")
+        return Stability("stable", reason)
+    if len(others) == 2 and family.is_along_one_coordinate:
+        names = tuple(c.name for c in family.written.coordinates if c.name not in ignored)
+        reason = Phrase(
+            "the rates follow {names} by integrals, and at their values the energy has a minimum",
+            names=names,
+        )
+        return Stability("stable", reason)
+    return Stability("undecided", _NOT_POSITIVE)
+
+
 @dataclass(frozen=True)
 class _Question:
     """The stability of one equilibrium."""
@@ -114,11 +156,13 @@ class _Question:
             if verdict.verdict == "unstable":
                 return verdict
             return Stability("undecided", Phrase("it is one of a continuum of equilibria"))
-        if self.varies_along_drift:
+        if varies_along_drift(self.system, self.at, self.linear):
             return Stability("undecided", _NOT_CYCLIC)
-        is_mechanical = self.linear.is_holonomic and not self.system.states
-        if self.energy_is_bound and is_mechanical and self.has_inertia:
-            return self.by_energy()
+        if self.energy_is_bound and not self.system.states and self.has_inertia:
+            if self.linear.is_holonomic:
+                return self.by_energy()
+            if self.rest_energy_has_minimum:
+                return self.at_minimum(_LOWEST if self.bound else _FREE)
         return self.by_poles()
 
     # The energy.
@@ -184,31 +228,38 @@ class _Question:
 
     @cached_property
     def drift_is_cyclic(self) -> bool:
-        equations = self.system.equations
-        return set(self.at.free) <= set(equations.derivation.cyclic)
-
-    @cached_property
-    def varies_along_drift(self) -> bool:
-        """True unless small motions are proven to be the same at all values of free coordinates.
-
-        Those that no force depends on at any place change the inertia alone.
-        """
-        coordinates = enumerate(self.system.equations.system.coordinates)
-        names = set(self.at.free)
-        free = {c.q for k, c in coordinates if c.name in names and k not in self.system.free}
-        exact = exact_matrices(self.system, self.at) if free else None
-        if exact is None:
-            return bool(free)
-        matrices = (exact.mass, exact.damping, exact.stiffness)
-        entries = (entry for rows in matrices for row in rows for entry in row)
-        return any(entry.free_symbols & free for entry in entries)
-
-    @cached_property
-    def has_velocity_forces(self) -> bool:
-        damping = in_doubles(self.linear.damping)
-        return bool(np.abs(damping).max(initial=0.0) > 0)
+        if not self.linear.is_holonomic:
+            return True  # the equations over independent velocities do not hold it
+        return set(self.at.free) <= set(self.system.equations.derivation.cyclic)
 
     # The energy's minimum.
+
+    @property
+    def rest_energy_has_minimum(self) -> bool:
+        """True if the energy at rest, conserved with velocities, has a minimum but for drift."""
+        system, at = self.system.equations.system, self.at
+        still = {c.v: sp.S.Zero for c in system.coordinates}
+        rest_energy = system.energy.xreplace(still).xreplace(dict(self.system.inputs))
+        bound = [c.q for c in system.coordinates if c.name not in at.free]
+        free = [c.q for c in system.coordinates if c.name in at.free]
+        if any(at.multipliers or ()) or any(c.rate != 0 for c in system.closures):
+            return False
+        if not all(does_not_depend(rest_energy, q) for q in free):
+            return False
+        slopes = [derivative(rest_energy, q) for q in bound]
+        bends = [derivative(slope, q) for slope in slopes for q in bound]
+        place = dict(zip((c.q for c in system.coordinates), at.position or (), strict=True))
+        n = len(bound)
+        with mpmath.workdps(DIGITS):
+            try:
+                numbers = evaluate([*slopes, *bends], {**self.system.known, **place})
+            except DomainError:
+                return False
+            largest = max(map(abs, numbers[n:]), default=mpf(0))
+            if any(abs(x) > _LEVEL * largest for x in numbers[:n]):
+                return False
+            rows = [numbers[n + k * n : 2 * n + k * n] for k in range(n)]
+            return _signs(rows, _ZERO * largest)[0] == n
 
     def by_energy(self) -> Stability:
         positive, flat, negative = self.signs()
@@ -232,7 +283,7 @@ class _Question:
                 return Stability("undecided", _NOT_CYCLIC)
             reason = Phrase("{reason}; {names} may drift", reason=minimum, names=self.at.free)
             return Stability("stable but for drift", reason)
-        if self.has_velocity_forces:
+        if self.linear.has_velocity_forces:
             poles, tolerance = self.poles()
             if max(p.real for p in poles) < -tolerance:
                 reason = Phrase("{reason}, and all motions are damped", reason=minimum)
@@ -270,7 +321,7 @@ class _Question:
             test = reduced_energy(self.system, self.at, self.linear)
         if test is EnergyTest.MINIMUM:
             return self.at_minimum(_RISING)
-        if test is EnergyTest.NONE and not self.has_velocity_forces and self.is_conservative:
+        if test is EnergyTest.NONE and not self.linear.has_velocity_forces and self.is_conservative:
             return Stability("unstable", _NO_MINIMUM)
         return Stability("undecided", _DEGENERATE)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lagrange_cli.report.values.expressions import (
@@ -31,11 +32,14 @@ from lagrange_cli.report.values.steps import CLOSED_FORM, COMPLETENESS, NamedEqu
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from sympy import Expr
+
     from lagrange_cli.analysis.equilibria.steady import SteadyForm
     from lagrange_cli.analysis.result import Analysis
     from lagrange_cli.analysis.values import (
         AbsentEquilibrium,
         Equilibria,
+        Equilibrium,
         Turning,
     )
 
@@ -73,10 +77,26 @@ def _points(value: FoundEquilibria) -> list[_Point]:
         turning = None
         if point.turning is not None and steady is not None:
             momenta = [m.symbol.name for m in steady.momenta]
-            rates = [m.coordinate.v.name for m in steady.momenta]
+            rates = [c.v.name for c in steady.ignored]
             turning = _Turning(point.turning, momenta, rates)
-        points.append(_Point(NamedEquilibrium(point, names), turning))
+        points.append(_Point(at_rest(steady, point, names), turning))
     return points
+
+
+def at_rest(
+    steady: SteadyForm | None, point: Equilibrium, names: Sequence[str]
+) -> NamedEquilibrium:
+    """Name the coordinates of an equilibrium that rest, without those that are ignored."""
+    if steady is None:
+        return NamedEquilibrium(point, names)
+    position, exact = (
+        None if values is None else tuple(values[k] for k in steady.resting)
+        for values in (point.position, point.exact)
+    )
+    ignored = {c.name for c in steady.ignored}
+    free = tuple(name for name in point.free if name not in ignored)
+    resting = replace(point, position=position, exact=exact, free=free)
+    return NamedEquilibrium(resting, [names[k] for k in steady.resting])
 
 
 AT: Key[NamedEquilibrium] = Key(
@@ -144,7 +164,7 @@ STEADY: JsonObject[SteadyForm] = JsonObject(
         "ignored",
         NAMES,
         "Names of the ignored coordinates.",
-        lambda form: [m.coordinate.name for m in form.momenta],
+        lambda form: [c.name for c in form.ignored],
     ),
     Key("momenta", NAMES, "Names of their momenta.", lambda form: [m.name for m in form.momenta]),
     Key(
@@ -158,15 +178,20 @@ STEADY: JsonObject[SteadyForm] = JsonObject(
 
 class _Absent(NamedTuple):
     point: AbsentEquilibrium
-    names: Sequence[str]
+    exact: dict[str, Expr]
 
 
 class FoundEquilibria(NamedTuple):
-    """The equilibria of an analysis, and the names of the coordinates that rest there."""
+    """The equilibria of an analysis, and the names of the coordinates."""
 
     equilibria: Equilibria
     steady: SteadyForm | None
     names: list[str]
+
+    def at_rest(self, values: Sequence[Any]) -> dict[str, Any]:
+        """Name the values of the coordinates that rest."""
+        numbers = range(len(self.names)) if self.steady is None else self.steady.resting
+        return {self.names[k]: values[k] for k in numbers}
 
 
 def found_equilibria(analysis: Analysis) -> FoundEquilibria | None:
@@ -181,7 +206,6 @@ _ABSENT: JsonObject[_Absent] = JsonObject(
         "exact",
         by_name(EXPRESSION),
         "Its coordinates in closed form.",
-        lambda absent: _named(absent.names, absent.point.exact),
     ),
     Key("exists", CONDITIONS, "Conditions to exist.", lambda absent: absent.point.conditions),
 )
@@ -190,7 +214,9 @@ _SEARCH: tuple[Key[FoundEquilibria], ...] = (
         "absent",
         list_of(_ABSENT),
         "Equilibria that exist for other parameters.",
-        lambda value: [_Absent(point, value.names) for point in value.equilibria.absent],
+        lambda value: [
+            _Absent(point, value.at_rest(point.exact)) for point in value.equilibria.absent
+        ],
     ),
     *through(
         lambda value: value.equilibria,
@@ -207,7 +233,10 @@ _SEARCH: tuple[Key[FoundEquilibria], ...] = (
         "near",
         list_of(by_name(NUMBER)),
         "Configurations near which numbers balance, without a proof.",
-        lambda value: [_numbers(value.names, near.position) for near in value.equilibria.unproven],
+        lambda value: [
+            {name: float(x) for name, x in value.at_rest(near.position).items()}
+            for near in value.equilibria.unproven
+        ],
     ),
 )
 EQUILIBRIA: tuple[Key[FoundEquilibria], ...] = (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lagrange_cli.analysis.values import continuous_phase
-from lagrange_cli.report.values.equilibria import AT
+from lagrange_cli.report.values.equilibria import AT, at_rest
 from lagrange_cli.report.values.expressions import (
     COMPLEX,
     ROWS,
@@ -33,7 +33,7 @@ from lagrange_cli.report.values.json_types import (
 from lagrange_cli.report.values.steps import NamedEquilibrium
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
@@ -58,17 +58,16 @@ class NamedLinearization(NamedTuple):
     """A linear system with the names of the coordinates that rest."""
 
     linear: Linearization
-    names: Sequence[str]
+    at: NamedEquilibrium
 
 
 def named_linearization(analysis: Analysis) -> NamedLinearization | None:
     """Return the linear system of an analysis, None without one."""
     linear = analysis.linearization
-    return (
-        None
-        if linear is None
-        else NamedLinearization(linear, coordinate_names(analysis.rest_equations))
-    )
+    if linear is None:
+        return None
+    names = coordinate_names(analysis.rest_equations)
+    return NamedLinearization(linear, at_rest(analysis.steady, linear.at, names))
 
 
 _EXACT: JsonObject[ExactMatrices] = JsonObject(
@@ -90,7 +89,7 @@ _STATE_SPACE: JsonObject[StateSpace] = JsonObject(
     Key("D", _MATRIX, "D of y = C x + D u.", lambda space: space.d),
 )
 LINEARIZATION: JsonObject[NamedLinearization] = JsonObject(
-    *through(lambda value: NamedEquilibrium(value.linear.at, value.names), AT),
+    *through(lambda value: value.at, AT),
     *through(
         lambda value: value.linear,
         Key("coordinates", NAMES, "Independent coordinates."),

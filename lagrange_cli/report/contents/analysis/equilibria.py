@@ -169,8 +169,10 @@ class Places:
         self, exact: Sequence[Expr] | None, position: Sequence[object] | None, free: Sequence[str]
     ) -> tuple[Formula, ...]:
         """``θ = acos(g / (R ω²)) = 1.03``, a row for each coordinate."""
-        rows = []
-        for k, c in enumerate(self.analysis.rest_equations.system.coordinates):
+        rows, steady = [], self.analysis.steady
+        coordinates = self.analysis.rest_equations.system.coordinates
+        for k in range(len(coordinates)) if steady is None else steady.resting:
+            c = coordinates[k]
             label = self.writer.coordinate(c)
             if c.name in free:
                 rows.append(Formula(label + upright(Listed((" ", say("any")), "")), ()))
@@ -193,10 +195,12 @@ class Places:
         return (*rows, *self._turning(steady, point.turning))
 
     def _turning(self, steady: SteadyForm, turning: Turning) -> Iterator[Formula]:
-        """Yield of each ignored coordinate the rate where the momentum is given, or otherwise."""
-        for k, (momentum, (fixed, _)) in enumerate(
-            zip(steady.momenta, steady.given_values, strict=True)
-        ):
+        """Yield of each ignored coordinate the rate where the momentum is given, or otherwise.
+
+        A rate without a momentum has been said before.
+        """
+        given_values = steady.given_values if steady.momenta else ()
+        for k, (momentum, (fixed, _)) in enumerate(zip(steady.momenta, given_values, strict=True)):
             is_rate = fixed == momentum.symbol
             closed = turning.exact_rates if is_rate else turning.exact_momenta
             numbers = turning.rates if is_rate else turning.momenta
