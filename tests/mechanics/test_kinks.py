@@ -14,7 +14,7 @@ from lagrange_cli.errors import InputError, Mark
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.kinks import KINKED, Cases, sides_of, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
-from lagrange_cli.mechanics.proofs.continuity import is_continuous
+from lagrange_cli.mechanics.proofs.continuity import is_analytic, is_continuous
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 from lagrange_cli.mechanics.symbols.convert import to_sympy
 from lagrange_cli.notation.build import display
@@ -107,6 +107,15 @@ def test_continuity_is_that_of_both_cases_on_the_surface() -> None:
     assert is_continuous(converted("piecewise([(x - a)^2, x > a], [(x + a)^2, x < -a], 0)"), {X})
     assert not is_continuous(converted("piecewise([(x - a)^2, x >= y], 0)"), {X})
     assert not is_continuous(converted("heaviside(x)"), {X})
+
+
+def test_a_root_of_a_positive_form_of_a_unit_vector_never_bends() -> None:
+    """h = √(a² n₁² + b² n₂² + c² n₃²) ≥ min(a, b, c), n being a row of a rotation."""
+    form = "(a*cos(x)*sin(y))^2 + 2*sin(x)^2 + 3*(cos(x)*cos(y))^2"
+    assert is_analytic(converted(f"cos(x)/sqrt({form})"), {X, Y})
+    assert not is_analytic(converted(f"cos(x)/sqrt({form.replace('2*sin(x)^2 +', '')})"), {X, Y})
+    assert not is_analytic(converted(f"sqrt({form.replace('2*sin(x)', '2*sin(y)')})"), {X, Y})
+    assert not is_analytic(converted("sqrt(sin(x)^2)"), {X})
 
 
 def test_identities_of_cases_are_proven() -> None:

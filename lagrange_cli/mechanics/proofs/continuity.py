@@ -21,6 +21,9 @@ from lagrange_cli.mechanics.kinks import BENT, Cases
 #: counts as one that may bend. Not tuned.
 _RADICAND_BUDGET = 100
 
+#: Most terms of a form in a unit vector: of three components, each of up to three terms. Not tuned.
+_SQUARES = 9
+
 #: Functions that are continuous wherever their argument is.
 _CONTINUOUS = (
     *(sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh),
@@ -178,6 +181,8 @@ class _Natures:
             return self._general_power(e, base)
         if base.infinite and base.bent and e.exp.is_negative:
             return None
+        if self.moving & symbols_in(e.base) and _is_plainly_positive(e.base):
+            return base
         infinite = base.infinite or bool(e.exp.is_negative and not e.base.is_nonzero)
         if e.exp.is_Integer:
             return _Nature(infinite, base.bent)
@@ -216,6 +221,46 @@ class _Natures:
             return True
         moving = [s for s in symbols if s in self.moving and s in (above * below).free_symbols]
         return not moving or bool(sp.Poly(above * below, *moving).is_sqf)
+
+
+def _is_plainly_positive(e: sp.Expr) -> bool:
+    """Say whether an expression is a positive form of the components of a unit vector.
+
+    Σ c_i P_i with c_i > 0 and squares P_i, as of a rotation's row, is at least the smallest c_i
+    if Σ P_i = 1 by sin² + cos² = 1 of each angle.
+    """
+    if not e.is_Add or len(e.args) > _SQUARES:
+        return False
+    squares = []
+    for term in e.args:
+        factors = sp.Mul.make_args(term)
+        moving = [f for f in factors if not f.is_positive]
+        if not moving or not all(_is_square(f) for f in moving):
+            return False
+        squares.append(sp.Mul(*moving))
+    return _is_one(sp.Add(*squares))
+
+
+def _is_square(e: sp.Expr) -> bool:
+    """Say whether an expression is an even power of a real polynomial in sines and cosines."""
+    if not (e.is_Pow and e.exp.is_Integer and e.exp > 0 and e.exp % 2 == 0):
+        return False
+    waves = e.base.atoms(sp.sin, sp.cos)
+    letters = {wave: sp.Dummy(real=True) for wave in waves}
+    return all(w.args[0].is_real for w in waves) and bool(
+        e.base.xreplace(letters).is_polynomial() and e.base.is_real
+    )
+
+
+def _is_one(e: sp.Expr) -> bool:
+    """Say whether a polynomial in sines and cosines is 1, since sin² + cos² = 1 of each angle."""
+    angles = sorted({wave.args[0] for wave in e.atoms(sp.sin, sp.cos)}, key=str)
+    letters = {f(angle): sp.Dummy() for angle in angles for f in (sp.sin, sp.cos)}
+    rest = sp.expand(e.xreplace(letters)) - 1
+    for angle in angles:
+        sine, cosine = letters[sp.sin(angle)], letters[sp.cos(angle)]
+        rest = sp.rem(rest, sine**2 + cosine**2 - 1, cosine)
+    return bool(sp.expand(rest) == 0)
 
 
 def solutions(surface: sp.Expr) -> Iterator[dict[sp.Symbol, sp.Expr]]:
