@@ -256,11 +256,11 @@ def _is_one(e: sp.Expr) -> bool:
     """Say whether a polynomial in sines and cosines is 1, since sin² + cos² = 1 of each angle."""
     angles = sorted({wave.args[0] for wave in e.atoms(sp.sin, sp.cos)}, key=str)
     letters = {f(angle): sp.Dummy() for angle in angles for f in (sp.sin, sp.cos)}
-    rest = sp.expand(e.xreplace(letters)) - 1
+    remainder = sp.expand(e.xreplace(letters)) - 1
     for angle in angles:
         sine, cosine = letters[sp.sin(angle)], letters[sp.cos(angle)]
-        rest = sp.rem(rest, sine**2 + cosine**2 - 1, cosine)
-    return bool(sp.expand(rest) == 0)
+        remainder = sp.rem(remainder, sine**2 + cosine**2 - 1, cosine)
+    return bool(sp.expand(remainder) == 0)
 
 
 def solutions(surface: sp.Expr) -> Iterator[dict[sp.Symbol, sp.Expr]]:
