@@ -26,6 +26,8 @@ def test_a_slice_of_the_site_is_built(tmp_path: Path) -> None:
     page = (tmp_path / "scenes/lever.html").read_text(encoding="utf-8")
     assert 'href="scenes/lever.html"' in front
     assert 'src="scenes/lever.film.svg"' in front
+    assert 'src="scenes/low_pass_filter.curves.svg"' in front
+    assert (tmp_path / "scenes/low_pass_filter.curves.svg").exists()
     assert "<math" in page
     for name in ("lever.motion.html", "lever.c", "lever.py", "lever.mjs", "lever.rs"):
         assert f'href="{name}"' in page

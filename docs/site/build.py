@@ -76,7 +76,7 @@ mtd[columnalign=left] { text-align: left; }
 
 @dataclass(frozen=True)
 class _Page:
-    """A scene on the site; ``film``: the file of its film, empty where it has none."""
+    """A scene on the site; ``film``: the file of its film, or of curves; empty without a start."""
 
     name: str
     title: str
@@ -180,17 +180,24 @@ def _scene_page(path: Path, source: Path) -> _Page | None:
         )
     except LagrangeError:
         trajectory, moves = None, False
+    caption = "The system in motion"
     try:
         if trajectory is None:
+            caption = "The system at its start"
             (folder / film).write_text(derivation.emit("svg").popitem()[1], encoding="utf-8")
         else:
             derivation.animate(folder / film, trajectory)
     except LagrangeError:
-        film = ""
+        # A scene that says of nothing where it is has curves.
+        film, caption = f"{path.stem}.curves.svg", "Its coordinates over time"
+        if trajectory is None:
+            film = ""
+        else:
+            trajectory.plot(folder / film)
     shutil.copy(path, folder / path.name)
     lines = [
         f"# {escape(title)}", "", escape(shown.description or ""), "",
-        *([f'![The system in motion]({film}){{ .film }}', ""] if film else []),
+        *([f"![{caption}]({film}){{ .film }}", ""] if film else []),
         *([f'[The page on which it moves]({path.stem}.motion.html)', ""] if moves else []),
         "```console", f"$ lagrange derive {path.relative_to(ROOT)}",
         derivation.text().rstrip(), "```", "",
