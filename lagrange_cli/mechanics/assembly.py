@@ -314,7 +314,7 @@ def _cartesian_names(derivation: Uncertified) -> Iterator[CartesianName]:
         velocity = derivation.velocity.get(symbol)
         if velocity is None:
             velocity = reduced.rate(position)
-        yield CartesianName(symbol.name, position, velocity)
+        yield CartesianName(symbol.name, derivation.position.get(symbol, position), velocity)
 
 
 def _latex(derivation: Uncertified) -> Iterator[tuple[str, str]]:

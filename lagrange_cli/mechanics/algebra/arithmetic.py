@@ -10,6 +10,7 @@ the energy of a spring that takes longer than any further work on it.
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeAlias
 
@@ -29,6 +30,15 @@ _KEPT = 2**18
 #: ``id`` of an expression → the expression, which keeps its id from being given away, and its key.
 #: By identity, since to compare with an equal expression of before takes longer than a new key.
 _KEYS: dict[int, tuple[sp.Basic, tuple[Any, ...]]] = {}
+
+#: Fewest terms of a sum that is known to be in order, and most such sums that are kept.
+_LONG, _MOST_ORDERED = 16, 2**12
+
+#: Terms in order, for each that joins them, from which on it is put in its place.
+_FEW = 4
+
+#: ``id`` of a sum in order → the sum, which keeps its id from being given away.
+_ORDERED: dict[int, sp.Expr] = {}
 
 _RANKS = {name: k for k, name in enumerate(ordering_of_classes)}
 
@@ -73,10 +83,37 @@ def plain_sum(terms: Iterable[sp.Expr]) -> sp.Expr:
         if like is not new:
             like[0] += count
             like[1] = _scaled(like[0], product_part)
-    ordered = sorted([t for _, t in like_terms.values() if t is not _ZERO], key=sympy_order)
+    ordered = _in_order([t for _, t in like_terms.values() if t is not _ZERO], addends)
     if number is not _ZERO:
         ordered.insert(0, number)
-    return sp.Add._from_args(ordered, True)
+    total = sp.Add._from_args(ordered, True)
+    if len(ordered) >= _LONG:
+        if len(_ORDERED) >= _MOST_ORDERED:
+            _ORDERED.clear()
+        _ORDERED[id(total)] = total
+    return total
+
+
+def _in_order(terms: list[sp.Expr], addends: Sequence[sp.Expr]) -> list[sp.Expr]:
+    """Sort terms; few that join those of a long sum, which are in order, are put in their places.
+
+    Terms of a chain of frames are alike to their depth: each comparison takes as long as that.
+    """
+    longest = max((a for a in addends if id(a) in _ORDERED), key=_length, default=None)
+    if longest is None:
+        return sorted(terms, key=sympy_order)
+    known = set(map(id, longest.args))
+    ordered = [term for term in terms if id(term) in known]
+    fresh = [term for term in terms if id(term) not in known]
+    if _FEW * len(fresh) > len(ordered):
+        return sorted(terms, key=sympy_order)
+    for term in fresh:
+        insort(ordered, term, key=sympy_order)
+    return ordered
+
+
+def _length(total: sp.Expr) -> int:
+    return len(total.args)
 
 
 def _flat(terms: Sequence[sp.Expr]) -> Iterable[sp.Expr]:

@@ -133,8 +133,10 @@ class Tapes:
         number = {s: k for k, s in enumerate(self.symbols)}
         moved = [(s, v) for s, v in derivation.velocity.items() if s in number]
         self.moved = [number[s] for s, _ in moved]
+        placed = derivation.position
+        self.placed = [number[s] for s in placed]
         work = [sp.Add(*(f.generalized[j] for f in self.forces)) for j in range(self.n)]
-        self.reported = Tape([*(v for _, v in moved), *work], self.moving)
+        self.reported = Tape([*(v for _, v in moved), *placed.values(), *work], self.moving)
         potential = derivation.potential
         self.at_rest: Tape | None = None
         self.resting = symbols_in(potential).isdisjoint(self.v)
@@ -298,7 +300,7 @@ class Tapes:
     def reports(self, seen: Observation) -> list[tuple[Decimal, Decimal, Decimal]]:
         """Triples (reported, declared, size of the parts) of which the first two must agree.
 
-        T and V, velocities, generalized forces: as reported, and as declared or
+        T and V, velocities, positions, generalized forces: as reported, and as declared or
         implied by the positions.
         """
         series = seen.series
@@ -316,9 +318,12 @@ class Tapes:
             (seen.values[2], positional + velocity_dependent),
         ]
         reported = self.reported.run_in_decimals(moving, 0).values
-        rates = [outputs[k][1] for k in self.moved]
-        pairs += zip(reported[: len(rates)], rates, strict=True)
-        work = zip(reported[len(rates) :], self.work(series), strict=True)
+        motion = [
+            *(outputs[k][1] for k in self.moved),
+            *(outputs[k][0] for k in self.placed),
+        ]
+        pairs += zip(reported[: len(motion)], motion, strict=True)
+        work = zip(reported[len(motion) :], self.work(series), strict=True)
         return [
             *((x, y, max(abs(x), abs(y))) for x, y in pairs),
             *((x, w, max(abs(x), size)) for x, (w, size) in work),

@@ -75,6 +75,8 @@ class _Link:
         Its origin from that of the parent.
     amounts
         Its angles and displacements.
+    place
+        Its origin.
     spin, change
         ω, and ω̇ without accelerations.
     velocity, acceleration
@@ -88,6 +90,7 @@ class _Link:
     parent: _Link | None
     step: Vector
     amounts: tuple[_Amount, ...]
+    place: Vector
     spin: Vector = NO_VECTOR
     change: Vector = NO_VECTOR
     velocity: Vector = NO_VECTOR
@@ -137,8 +140,8 @@ class BodyRecursion:
 
     Attributes
     ----------
-    velocity
-        Raw symbol of a centre of mass → its velocity.
+    position, velocity
+        Raw symbol of a centre of mass → its position, and its velocity.
     """
 
     def __init__(self, reduced: Reduced) -> None:
@@ -149,6 +152,7 @@ class BodyRecursion:
         self._links: dict[str, _Link] = {}
         self._arms: dict[str, Vector] = {}
         self._places: dict[sp.Symbol, tuple[str, int]] = {}
+        self.position: dict[sp.Symbol, sp.Expr] = {}
         self.velocity: dict[sp.Symbol, sp.Expr] = {}
         elements = zip(
             reduced.scene.particles, reduced.names.particle_symbols, reduced.masses, strict=True
@@ -178,9 +182,11 @@ class BodyRecursion:
             parent = None if frame.parent is None else self._link(frame.parent)
             amounts = [self._amount(motion) for motion in frame.motions]
             moving = tuple(a for a in amounts if a.slopes or a.rate is not _ZERO)
-            link = _Link(parent, self._placed(frame.step), moving)
+            step = self._placed(frame.step)
+            below = NO_VECTOR if parent is None else parent.place
+            link = _Link(parent, step, moving, shared.total((below, step)))
             if parent is not None:
-                spin, step = parent.spin, link.step
+                spin = parent.spin
                 carried = shared.cross(spin, step)
                 link.spin, link.change = spin, parent.change
                 link.velocity = shared.total((parent.velocity, carried))
@@ -250,12 +256,14 @@ class BodyRecursion:
         moment = shared.scaled(mass, arm)
         link.mass.append(mass)
         link.moment.append(moment)
-        link.inertia += [tensor, self._moved(moment, arm)]
+        link.inertia += [tensor, shared.moved(moment, arm)]
         link.force.append(force)
         link.torque.append(torque)
         self._arms[body.name] = arm
+        position = shared.total((link.place, arm))
         for k, symbol in enumerate(centre):
             self._places[symbol] = body.name, k
+            self.position[symbol] = position[k]
             self.velocity[symbol] = velocity[k]
 
     def _arm(self, body: Body) -> Vector:
@@ -277,18 +285,6 @@ class BodyRecursion:
         for i, j in ENTRIES:
             x, y, z = turned[i]
             tensor.append(shared.dot((x, y, z), entries[j]))
-        return tensor
-
-    def _moved(self, moment: Vector, step: Vector) -> list[sp.Expr]:
-        """Return (m·d) 1 − (m dᵀ + d mᵀ)/2, of a point mass with the first moment m at d."""
-        shared = self._shared
-        products = [[shared.multiply(a, b) for b in step] for a in moment]
-        tensor = []
-        for i, j in ENTRIES:
-            if i == j:
-                tensor.append(shared.add(*(products[k][k] for k in range(3) if k != i)))
-            else:
-                tensor.append(shared.minus(products[i][j]))
         return tensor
 
     # Loads.
@@ -427,20 +423,6 @@ class BodyRecursion:
         # About the other origin: J + (2 m·d + M d·d) 1 − m dᵀ − d mᵀ − M d dᵀ.
         doubled = shared.total((shift, moment))
         parent.inertia.append(inertia)
-        parent.inertia.append(self._moved_both(moment, doubled, step))
+        parent.inertia.append(shared.moved_both(moment, doubled, step))
         parent.force.append(force)
         parent.torque += [torque, shared.cross(step, force)]
-
-    def _moved_both(self, moment: Vector, doubled: Vector, step: Vector) -> list[sp.Expr]:
-        """Return the change of a tensor about an origin at −d, with M d + m as ``doubled``."""
-        shared = self._shared
-        first = [[shared.multiply(a, b) for b in step] for a in doubled]
-        second = [[shared.multiply(a, b) for b in step] for a in moment]
-        tensor = []
-        for i, j in ENTRIES:
-            if i == j:
-                parts = [p[k][k] for k in range(3) if k != i for p in (first, second)]
-                tensor.append(shared.add(*parts))
-            else:
-                tensor.append(shared.minus(shared.add(first[i][j], second[j][i])))
-        return tensor

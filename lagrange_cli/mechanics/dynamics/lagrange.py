@@ -14,7 +14,7 @@ particles are gathered with summed masses before anything is multiplied.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
@@ -80,6 +80,8 @@ class Uncertified:
         T and V over q, v, t in display form.
     extra
         T_extra − U: the part of L that enters by its Euler–Lagrange expression.
+    position
+        Raw symbol of a body's component → r(q, t) as it follows from frame to frame with ``tree``.
     velocity
         Raw symbol of a particle's component → ṙ(q, v, t).
     collected
@@ -112,6 +114,7 @@ class Uncertified:
     sums: tuple[tuple[sp.Expr, ...], ...] = ()
     rate_sums: tuple[RateSum, ...] = ()
     tree: BodyTree | None = None
+    position: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
 
     @property
     def pushing(self) -> tuple[Closure, ...]:
@@ -257,6 +260,7 @@ class _Builder:
             self.sums,
             self.rate_sums,
             tree,
+            {} if self.recursion is None else self.recursion.position,
         )
 
     def _velocity(self, symbol: sp.Symbol) -> sp.Expr:
@@ -266,9 +270,7 @@ class _Builder:
 
     def _moves(self, symbol: sp.Symbol) -> bool:
         """Tell whether a coordinate moves a raw symbol."""
-        if self.recursion is not None and self.recursion.moves(symbol):
-            return True
-        return bool(self._jacobian(symbol))
+        return bool((self.recursion and self.recursion.moves(symbol)) or self._jacobian(symbol))
 
     def _inertia(self, j: int, k: int) -> TermSum:
         """The entry of the mass matrix in row j ≤ column k."""

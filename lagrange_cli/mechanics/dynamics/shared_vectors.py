@@ -7,6 +7,8 @@ from typing import TypeAlias
 
 import sympy as sp
 
+from lagrange_cli.mechanics.elements.tree import ENTRIES
+
 Vector: TypeAlias = tuple[sp.Expr, sp.Expr, sp.Expr]
 
 _ZERO, _ONE, _MINUS = sp.S.Zero, sp.S.One, sp.S.NegativeOne
@@ -87,3 +89,27 @@ class Shared:
             for i in range(3)
         )
         return x, y, z
+
+    def moved(self, moment: Vector, step: Vector) -> list[sp.Expr]:
+        """Return (m·d) 1 − (m dᵀ + d mᵀ)/2, of a point mass with the first moment m at d."""
+        products = [[self.multiply(a, b) for b in step] for a in moment]
+        tensor = []
+        for i, j in ENTRIES:
+            if i == j:
+                tensor.append(self.add(*(products[k][k] for k in range(3) if k != i)))
+            else:
+                tensor.append(self.minus(products[i][j]))
+        return tensor
+
+    def moved_both(self, moment: Vector, doubled: Vector, step: Vector) -> list[sp.Expr]:
+        """Return the change of a tensor about an origin at −d, with M d + m as ``doubled``."""
+        first = [[self.multiply(a, b) for b in step] for a in doubled]
+        second = [[self.multiply(a, b) for b in step] for a in moment]
+        tensor = []
+        for i, j in ENTRIES:
+            if i == j:
+                parts = [p[k][k] for k in range(3) if k != i for p in (first, second)]
+                tensor.append(self.add(*parts))
+            else:
+                tensor.append(self.minus(self.add(first[i][j], second[j][i])))
+        return tensor
