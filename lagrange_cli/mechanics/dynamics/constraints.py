@@ -140,16 +140,18 @@ def _is_long_loop(reduced: Reduced, stated: sp.Expr) -> bool:
 
 
 def _of_velocity(reduced: Reduced, stated: sp.Expr) -> _Parts:
-    psi, t = tidy(stated), reduced.names.t
+    stays = _is_long_loop(reduced, stated)
+    psi, t = stated if stays else tidy(stated), reduced.names.t
+    budget = 1 if stays else _TERM_BUDGET
     numbers = _held(reduced, stated)
     coordinates = [reduced.coordinates[j] for j in numbers]
     v = [c.v for c in coordinates]
     slopes = ((j, derivative(psi, w)) for j, w in zip(numbers, v, strict=True))
-    gradient = {j: factored(collected_terms(_terms(slope))) for j, slope in slopes}
+    gradient = {j: factored(collected_terms(_terms(slope, budget))) for j, slope in slopes}
     rate = psi.xreplace(dict.fromkeys(v, sp.Integer(0)))
-    change = list(_terms(derivative(psi, t)))
+    change = list(_terms(derivative(psi, t), budget))
     for c in coordinates:
-        change += _terms(derivative(psi, c.q) * c.v)
+        change += _terms(derivative(psi, c.q) * c.v, budget)
     return _Parts(psi, gradient, rate, grouped_sum(collected_terms(change), v))
 
 
@@ -159,7 +161,7 @@ def _held(reduced: Reduced, stated: sp.Expr) -> list[int]:
     return [j for j, c in enumerate(reduced.coordinates) if c.q in present or c.v in present]
 
 
-def _terms(expr: sp.Expr) -> Sequence[sp.Expr]:
+def _terms(expr: sp.Expr, budget: int = _TERM_BUDGET) -> Sequence[sp.Expr]:
     if expr == 0:
         return ()
-    return expand_terms(expr, _TERM_BUDGET) or sp.Add.make_args(expr)
+    return expand_terms(expr, budget) or sp.Add.make_args(expr)
