@@ -86,9 +86,12 @@ def test_methods_stop_at_samples(method):
 
 def test_fixed_steps_end_at_samples():
     derivation, exact = loads(OSCILLATOR).derive(), exact_steps(6, 0.15, 2)[-1, 0]
-    found = [derivation.simulate(method="RK4", step=h).columns["x"][-1] for h in (0.05, 0.025)]
+    runs = [derivation.simulate(method="RK4", step=h) for h in (0.05, 0.025)]
+    coarse, fine = (abs(run.columns["x"][-1] - exact) for run in runs)
     # The order of the method is left.
-    assert (found[0] - exact) / (found[1] - exact) > 12
+    assert coarse / fine > 12
+    assert all(run.steps >= steps for run, steps in zip(runs, (120, 240), strict=True))
+    assert all(run.rhs_evaluations == 4 * run.steps for run in runs)
 
 
 def pid_by_scipy() -> list[float]:

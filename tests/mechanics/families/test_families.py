@@ -259,6 +259,11 @@ def test_products_that_stand_in_several_sums_are_gathered(n):
     assert "\nV = -m g l Σᵢ₌₁ⁿ (n + 1 - i) cos θᵢ\n" in derivation_text(equations)
 
 
+def test_sums_over_springs_reach_the_fixed_ends_of_a_chain():
+    shown = _loaded("chains/fput", n=6).derive()._repr_latex_()
+    assert r"V & = \sum_{i = 0}^{n} \left( \frac{1}{2} (u_{i+1} - u_{i})^{2} +" in shown
+
+
 def test_notebooks_show_families():
     shown = _loaded("chains/toda_ring").derive()._repr_latex_()
     assert r"i = 1, \dots, n" in shown
