@@ -226,3 +226,15 @@ def test_every_motion_of_free_coordinates_is_steady():
     scene = "particles: {ball: {mass: 1, position: [x, 0, 0]}}\ncoordinates: [x]\n"
     with pytest.raises(InputError, match="every motion is steady"):
         loads(scene).derive().analyze(steady=True)
+
+
+def test_a_force_that_turns_with_an_ignored_coordinate_leaves_nothing_steady():
+    scene = """
+    coordinates: [r, phi]
+    kinetic: {T: dot(r)^2/2 + r^2*dot(phi)^2/2}
+    potentials: {V: r^2}
+    forces: {wind: {on: r, force: cos(phi)}}
+    initial: {r: 2, phi: 0}
+    """
+    with pytest.raises(InputError, match="'phi' turns in the force on 'r': nothing is steady"):
+        loads(scene).derive().analyze(steady=True)

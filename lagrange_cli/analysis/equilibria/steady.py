@@ -212,12 +212,14 @@ def steady_system(equations: Equations, configuration: Configuration) -> SteadyS
     Raises
     ------
     InputError
-        There is no coordinate to ignore, none is left, or a momentum and its rate are both given.
+        There is no coordinate to ignore, none is left, one stands in the force on another, or a
+        momentum and its rate are both given.
     """
     form = routhian_form(equations)
     if not form.coordinates:
         message = "every motion is steady: all coordinates are cyclic"
         raise InputError(Problem(message, rule="analysis-steady"))
+    _require_unseen(form)
     at_rate = [m for m in form.momenta if _is_rate(m, configuration)]
     starts = dict(zip((m.name for m in form.momenta), _at_start(equations, form), strict=True))
     values = {
@@ -268,6 +270,16 @@ def _conditions(equations: Equations, form: Routhian) -> tuple[sp.Expr, ...]:
         if c.name in resting
     )
     return tuple(-f if f.could_extract_minus_sign() else f for f in forces if f != 0)
+
+
+def _require_unseen(form: Routhian) -> None:
+    """Refuse forces that turn with an ignored coordinate."""
+    for turned in (m.coordinate for m in form.momenta):
+        for coordinate, force in zip(form.coordinates, form.forcing, strict=True):
+            if turned.q in force.free_symbols:
+                where = f"the force on '{coordinate.name}'"
+                message = f"'{turned.name}' turns in {where}: nothing is steady"
+                raise InputError(Problem(message, coordinate.mark, rule="analysis-steady"))
 
 
 def _is_rate(momentum: Momentum, configuration: Configuration) -> bool:
