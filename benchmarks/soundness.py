@@ -134,6 +134,14 @@ PARTS = (
         ("--mutants", "30000"),
     ),
     Part(
+        "mutants",
+        "Scenes that a grammar makes",
+        "Particles, bodies, families, constraints, contacts, states, controllers and loads that fit"
+        " each other, most of them valid, through every command: exit codes, places of refusals,"
+        " files that no option named, and seconds.",
+        ("--structured", "--mutants", "20000", "--longest", "10"),
+    ),
+    Part(
         "expressions",
         "Expressions",
         "Sums, products and powers, compared with Python's own grammar in exact arithmetic; texts"
@@ -182,7 +190,7 @@ def section(part: Part, printed: str, seconds: float, seed: int) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    names = [part.name for part in PARTS]
+    names = list(dict.fromkeys(part.name for part in PARTS))
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("-j", "--jobs", type=int, default=1)
