@@ -137,6 +137,11 @@ class RestSystem:
         return all(x > 0 for c, x in pairs if c.q.is_positive)
 
     @cached_property
+    def kinks(self) -> list[tuple[sp.Expr, sp.Expr]]:
+        """Forces, each with a function in it that has a kink or jumps."""
+        return [(f, atom) for f in self.equations.system.forcing for atom in f.atoms(*KINKED)]
+
+    @cached_property
     def periodic(self) -> frozenset[int]:
         """Numbers of the angles whose values a turn apart give the same equations of motion."""
         system = self.equations.system
@@ -394,12 +399,7 @@ def kinks_at(system: RestSystem, at: Equilibrium) -> list[tuple[sp.Expr, sp.Expr
     Each with that function.
     """
     place = _place(system, at)
-    return [
-        (force, atom)
-        for force in system.equations.system.forcing
-        for atom in force.atoms(*KINKED)
-        if _changes(system, atom, place)
-    ]
+    return [(force, atom) for force, atom in system.kinks if _changes(system, atom, place)]
 
 
 def has_derivatives(system: RestSystem, at: Equilibrium) -> bool:

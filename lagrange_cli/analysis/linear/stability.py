@@ -46,6 +46,8 @@ _MOST_STATES = 16
 #: Real parts, relative to the largest pole, that count, in many digits and in doubles: a multiple
 #: pole is known to a part of the digits only.
 _FINE, _COARSE = 1e-10, 1e-6
+#: Real part, relative to the largest pole, that doubles show: one pole then decides.
+_CLEAR = 1e-3
 #: Coordinates of an equilibrium whose minors are written as conditions.
 _MOST_MINORS = 3
 #: Relative distance of different poles.
@@ -402,24 +404,23 @@ class _Question:
             return [], 0.0
         if a.rows == 1:
             return [complex(a[0, 0])], _FINE * self.usual_rate()
-        in_double = in_doubles(a)
-        if a.rows <= _MOST_STATES or not np.isfinite(in_double).all():
+        is_finite = bool(np.isfinite(in_doubles(a)).all())
+        rough = np.linalg.eigvals(in_doubles(a)).tolist() if is_finite else []
+        is_clear = any(p.real > _CLEAR * max(map(abs, rough)) for p in rough)
+        if not is_clear and (a.rows <= _MOST_STATES or not is_finite):
             with mpmath.workdps(DIGITS):
                 values = [complex(x) for x in mpmath.eig(a, left=False, right=False)]
             tolerance = _FINE
         else:
-            values, tolerance = np.linalg.eigvals(in_double).tolist(), _COARSE
+            values, tolerance = rough, _COARSE
         return values, tolerance * max(self.usual_rate(), *map(abs, values))
 
     def usual_rate(self) -> float:
         """Return the frequency scale √(|K|/M) by the largest term of K."""
         linear, chosen = self.linear, range(len(self.linear.independent))
-        rates = [
-            linear.sizes[k, j] / abs(linear.mass[k, k])
-            for k in chosen
-            for j in range(linear.sizes.cols)
-            if linear.mass[k, k]
-        ]
+        columns = range(linear.sizes.cols)
+        pairs = ((k, j) for k in chosen if linear.mass[k, k] for j in columns)
+        rates = [linear.sizes[k, j] / abs(linear.mass[k, k]) for k, j in pairs]
         return float(mpmath.sqrt(max(rates, default=mpf(0))))
 
 
