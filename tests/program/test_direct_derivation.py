@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 from mpmath import mpf
 
-from lagrange_cli import load
+from lagrange_cli import load, loads
+from lagrange_cli.program.graph.value_graph import ValueGraph
 from lagrange_cli.program.program import build_program
+from lagrange_cli.program.systems.direct_derivation import DirectDerivation
 from tests.parts import changed
 
 KEPLER = Path(__file__).parents[2] / "systems" / "celestial" / "kepler.yaml"
@@ -48,3 +50,20 @@ def test_a_state_at_which_the_graph_divides_by_zero_does_not_agree(equations):
         accelerations(equations, state={**equations.derivation.sources.state, r: mpf(0)})
         == collected
     )
+
+
+def test_operations_are_those_that_would_be_written():
+    """Forces -2 x - 3 y and -3 x - 1/2: two sums, and three products; a number alone is none."""
+    equations = (
+        loads(
+            "name: two\ncoordinates: [x, y]\nkinetic: {T: (dot(x)^2 + dot(y)^2)/2}\n"
+            "potentials: {V: x^2 + 3*x*y + y/2}\n"
+        )
+        .derive()
+        .equations
+    )
+    system = equations.system
+    inputs = [(system.t, "t", 2)]
+    inputs += [(c.q, f"q{k}", 3) for k, c in enumerate(system.coordinates)]
+    inputs += [(c.v, f"v{k}", 4) for k, c in enumerate(system.coordinates)]
+    assert DirectDerivation(ValueGraph(inputs), equations).operations == 5
