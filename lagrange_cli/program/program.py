@@ -16,12 +16,14 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from lagrange_cli.mechanics.free_symbols import require_given
-from lagrange_cli.program.graph.operands import (
-    Operand,
-    variables,
-)
+from lagrange_cli.program.graph.operands import Operand, variables
 from lagrange_cli.program.graph.schedule import LARGEST_IN_ORDER, in_families, order_of, schedule
-from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph, expand_angle_sums
+from lagrange_cli.program.graph.value_graph import (
+    ScaledNode,
+    ValueGraph,
+    expand_angle_sums,
+    inputs_of,
+)
 from lagrange_cli.program.kinds import STATE_RATES, ProgramKind, is_right_hand_side, kind_of
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.solvers.blocks import (
@@ -208,12 +210,10 @@ def _built(equations: Equations, outputs: Sequence[str], *, loops: bool) -> Prog
         large = large_system(weighted, lambda name: tuple(OUTPUTS[name](weighted.equations)))
         if large is not None:
             return replace(_of_parts(equations, large), kind=kind_of(outputs, solves=large.solves))
-    energy = _of_energy(equations) if tuple(outputs) == ("energy",) else None
-    if energy is not None:
-        return energy
-    columns = _of_chain(equations) if tuple(outputs) == ("mass_matrix",) else None
-    if columns is not None:
-        return columns
+    short = {"energy": _of_energy, "mass_matrix": _of_chain}.get(" ".join(outputs))
+    program = None if short is None else short(equations)
+    if program is not None:
+        return program
     takes = not _OF_DERIVATION.isdisjoint(outputs)
     return _grouped(_written(equations, outputs, direct=takes and _is_direct(equations)))
 
@@ -224,7 +224,7 @@ _OF_DERIVATION = {*SYSTEMS, "mass_matrix", "forcing"}
 
 def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
     """Make a graph over the inputs, and derive M and f on it if ``direct``."""
-    inputs = _inputs(equations)
+    inputs = inputs_of(equations)
     if not direct or equations.derivation.sources is None:
         return ValueGraph(inputs)
     graphs = _DERIVED.setdefault(equations.derivation.sources, {})
@@ -235,7 +235,7 @@ def _graph(equations: Equations, *, direct: bool) -> ValueGraph:
 
 def _derive(equations: Equations, sources: DerivationSources) -> DirectDerivation:
     """Derive M and f on a graph over the inputs, which later programs reuse."""
-    inputs = _inputs(equations)
+    inputs = inputs_of(equations)
     derivation = DirectDerivation(ValueGraph(inputs), equations)
     derivation.define()
     _DERIVED.setdefault(sources, {})[tuple(inputs)] = derivation.values
@@ -296,7 +296,7 @@ def _of_energy(equations: Equations) -> Program | None:
     """Build the program of the energy from positions, if it has many coordinates and is shorter."""
     if len(equations.system.mass_matrix) <= _LARGEST_COUNTED or not is_derivable(equations):
         return None
-    direct = DirectEnergy(ValueGraph(_inputs(equations)), equations)
+    direct = DirectEnergy(ValueGraph(inputs_of(equations)), equations)
     program = _ordered(direct.values.copy(), equations, [("energy", [direct.energy])], ())
     count = count_operations(program).total
     if count > direct.operations_shown:
@@ -308,7 +308,7 @@ def _of_energy(equations: Equations) -> Program | None:
 
 def _of_chain(equations: Equations) -> Program | None:
     """Build the program of M from composite bodies, if these are a long chain."""
-    values = ValueGraph(_inputs(equations))
+    values = ValueGraph(inputs_of(equations))
     columns = composite_chain(values, equations, SYSTEMS["acceleration"](equations))
     if columns is None:
         return None
@@ -422,7 +422,7 @@ def build_slopes(equations: Equations, outputs: Sequence[str], by: str) -> Progr
     other. Variables and errors are those of :func:`build_jacobian`.
     """
     require_given(equations.system.functions)
-    values = ValueGraph(_inputs(equations))
+    values = ValueGraph(inputs_of(equations))
     nodes = [values.convert(e) for name in outputs for e in OUTPUTS[name](equations)]
     jacobian, wanted = slopes_of(values, nodes, _COLUMNS[by](equations))
     return _of_jacobian(_scheduled(values, equations, wanted), jacobian)
@@ -448,14 +448,3 @@ def _of_parts(equations: Equations, system: LargeSystem) -> Program:
         system.work,
         system.results,
     )
-
-
-def _inputs(equations: Equations) -> list[tuple[Expr, str, int]]:
-    """List symbol, dummy name and rank of every input."""
-    inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.system.parameters)]
-    inputs.append((equations.system.t, "t", 2))
-    inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.system.inputs))
-    inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.system.coordinates))
-    inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.system.coordinates))
-    inputs.extend((s.symbol, f"z{i}", 4) for i, s in enumerate(equations.system.states))
-    return inputs

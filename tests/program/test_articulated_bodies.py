@@ -14,6 +14,7 @@ from lagrange_cli.mechanics.dynamics import body_recursion
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import build_program
+from lagrange_cli.program.solvers.composite_bodies import ChainColumns
 from lagrange_cli.program.systems import agreement
 from lagrange_cli.scene import read_text
 from tests.emit.emitted_c import Compiled
@@ -150,7 +151,8 @@ def test_composite_bodies_that_are_not_those_of_the_certificate_are_not_used(
 
     def wrong(values, tree):
         columns = right(values, tree)
-        return columns._replace(steps=[*columns.steps[3:], *columns.steps[:3]])
+        steps = [*columns.steps[3:], *columns.steps[:3]]
+        return ChainColumns(columns.axes, steps, columns.momenta)
 
     monkeypatch.setattr(agreement, "chain_columns", wrong)
     assert not build_program(derive(read_text(SLIDES)), ["mass_matrix"]).composite_numbers

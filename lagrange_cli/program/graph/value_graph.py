@@ -33,6 +33,8 @@ from lagrange_cli.program.graph.operands import Coefficient, magnitude, quotient
 if TYPE_CHECKING:
     from sympy import Expr, Symbol
 
+    from lagrange_cli.mechanics.equations import Equations
+
 ScaledNode: TypeAlias = tuple[Coefficient, int]
 """A value: rational coefficient times node."""
 
@@ -294,6 +296,17 @@ class ValueGraph:
         for argument in arguments[1:]:
             result = self.call(name, result, argument)
         return result
+
+
+def inputs_of(equations: Equations) -> list[tuple[Expr, str, int]]:
+    """List symbol, dummy name and rank of every input of some equations."""
+    inputs = [(p.symbol, f"p{i}", 1) for i, p in enumerate(equations.system.parameters)]
+    inputs.append((equations.system.t, "t", 2))
+    inputs.extend((source.symbol, f"u{i}", 2) for i, source in enumerate(equations.system.inputs))
+    inputs.extend((c.q, f"q{i}", 3) for i, c in enumerate(equations.system.coordinates))
+    inputs.extend((c.v, f"v{i}", 4) for i, c in enumerate(equations.system.coordinates))
+    inputs.extend((s.symbol, f"z{i}", 4) for i, s in enumerate(equations.system.states))
+    return inputs
 
 
 def _holds_sum(e: Expr) -> bool:
