@@ -242,3 +242,34 @@ simulate: {until: 2}
 def test_numbers_that_overflow_hold_no_symmetry():
     stiff = "potentials: {c: {spring: [a, b], stiffness: 1.7e308, length: k}}\n"
     assert not searched(BODIES + stiff + "coordinates: [x1, y1, z1, x2, y2, z2]\n").proven
+
+
+#: A top by a quaternion, its centre of mass beside the fixed point.
+TOP = """
+parameters: {m: 0.2, h: 0.05, A: 8e-4, B: 8e-4, C: 2e-4, g: 9.81}
+bodies:
+  top:
+    turn: {quaternion: [q0, q1, q2, q3]}
+    mass: m
+    centre: [0, 0, h]
+    inertia: {about: origin, moments: [A, B, C]}
+coordinates: [q0, q1, q2, q3]
+initial: {q0: 1, q1: 0, q2: 0, q3: 0}
+"""
+WEIGHT = "potentials: {weight: {gravity: g}}\n"
+
+
+@pytest.mark.slow
+def test_a_symmetric_top_by_a_quaternion_keeps_two_angular_momenta() -> None:
+    """About the vertical and its axis; with other moments one, without weight four."""
+    symmetric = TOP.replace("B: 8e-4, ", "").replace("[A, B, C]", "[A, A, C]")
+    found = searched(symmetric + WEIGHT)
+    assert names(found) == ["L_z", "L_3_top"]
+    assert found.unproven == 0
+    q0, q1, q2, q3, v0, v1, v2, v3, c = sp.symbols("q0:4 vq0:4 C")
+    spin = 2 * (q0 * v3 - q3 * v0 + q2 * v1 - q1 * v2)
+    assert sp.expand(written(found)["L_3_top"] - c * spin) == 0
+    described = found.proven[1].described([])
+    assert described == "rotation of top around its axis 3"
+    assert names(searched(TOP + WEIGHT)) == ["L_z"]
+    assert names(searched(symmetric)) == ["L_x", "L_y", "L_z", "L_3_top"]

@@ -22,6 +22,7 @@ import numpy as np
 import sympy as sp
 
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
+from lagrange_cli.analysis.symmetries.body_turns import spin_momentum, turn_rows
 from lagrange_cli.analysis.symmetries.rigid_displacements import (
     Displacement,
     displacement,
@@ -68,7 +69,7 @@ class Symmetry:
     Attributes
     ----------
     name
-        ``P_x``: momentum; ``L_z``: angular momentum; ``boost_x``; otherwise ``J_1``, ``J_2``, ….
+        ``P_x``: momentum; ``L_z``, ``L_3_top``: angular momentum; ``boost_x``; else ``J_1``, ….
     displacement
         The rigid displacement of all particles; None if it moves them otherwise.
     field
@@ -120,7 +121,8 @@ def linear_symmetries(equations: Equations) -> Symmetries:
     """
     search = _Search(equations)
     rows = search.solutions()
-    rows = np.concatenate([search.rigid_translations(rows), rows])
+    turns = turn_rows(equations, [(c.number, c.factor) for c in search.columns], rows)
+    rows = np.concatenate([search.rigid_translations(rows), turns, rows])
     fields = [search.exact(row) for row in rows]
     moved = [None if field is None else displacement(equations, field[0]) for field in fields]
     order = sorted(range(len(rows)), key=lambda k: (_rank(moved[k]), fields[k] is None, k))
@@ -142,9 +144,8 @@ def linear_symmetries(equations: Equations) -> Symmetries:
     return Symmetries(steady, search.with_matrices, unproven)
 
 
-def _rank(rigid: Displacement | None) -> tuple[int, int]:
-    kinds = ("translation", "rotation", "boost")
-    return (len(kinds), 0) if rigid is None else (kinds.index(rigid.kind), rigid.axis)
+def _rank(rigid: Displacement | None) -> tuple[int, int, int]:
+    return (1, 0, 0) if rigid is None else (0, *rigid.rank)
 
 
 @dataclass(frozen=True)
@@ -252,11 +253,7 @@ class _Search:
 
     @staticmethod
     def _change(
-        column: _Column,
-        values: Array,
-        number: dict[sp.Expr, int],
-        momenta: Array,
-        pushes: Array,
+        column: _Column, values: Array, number: dict[sp.Expr, int], momenta: Array, pushes: Array
     ) -> Array:
         """Return the column's contribution to Σ ξ (∂L/∂q + Q) + ξ̇ ∂L/∂q̇ − dF/dt."""
         rate: Array = values[number[column.rate]]
@@ -386,7 +383,10 @@ class _Search:
             field, gauge = tuple(x / rigid.size for x in field), gauge / rigid.size
         unnamed = sum(s.displacement is None for s in before)
         name = f"J_{unnamed + 1}" if rigid is None else rigid.name
-        return Symmetry(name, rigid, field, gauge, self._quantity(field, gauge))
+        quantity = self._quantity(field, gauge)
+        if rigid is not None and rigid.kind == "spin":
+            quantity = spin_momentum(self.equations, rigid.body, rigid.axis, quantity)
+        return Symmetry(name, rigid, field, gauge, quantity)
 
     def _quantity(self, field: Sequence[sp.Expr], gauge: sp.Expr) -> sp.Expr:
         """Return Σ ξ ∂L/∂q̇ − F, collected by velocities."""

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 import sympy as sp
 
 from lagrange_cli.analysis.sampled_values import Array, SampledValues
+from lagrange_cli.analysis.symmetries.body_turns import quaternion_turns
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.phrases import Phrase
@@ -24,41 +25,54 @@ _STATES = 12
 #: Relative difference below which displacements are the same.
 _SAME = 1e-8
 
-Kind: TypeAlias = Literal["translation", "rotation", "boost"]
+Kind: TypeAlias = Literal["translation", "rotation", "boost", "spin"]
 
 _AXES = "xyz"
-_STEMS = {"translation": "P", "rotation": "L", "boost": "boost"}
+_STEMS = {"translation": "P", "rotation": "L", "boost": "boost", "spin": "L"}
 
 
 @dataclass(frozen=True)
 class Displacement:
-    """A rigid displacement along or around a coordinate axis.
+    """A rigid displacement along or around a coordinate axis, or of one body around its own.
 
     Attributes
     ----------
     kind
-        ``rotation`` is around the axis through the origin.
+        ``rotation`` is around the axis through the origin, ``spin`` around an axis of the body.
     axis
-        0, 1, 2 for x, y, z.
+        0, 1, 2 for x, y, z, or for the axes 1, 2, 3 of the body.
     sense
         1, or -1 against the axis.
     size
         Length of the displacement, or angle of the rotation: 2 of a quaternion's parts.
+    body
+        Name of the body of a ``spin``, else empty.
     """
 
     kind: Kind
     axis: int
     sense: int = 1
     size: int = 1
+    body: str = ""
+
+    @property
+    def rank(self) -> tuple[int, int]:
+        """Its place in reports: by kinds, then by axes."""
+        return get_args(Kind).index(self.kind), self.axis
 
     @property
     def name(self) -> str:
         """Usual name of the conserved quantity."""
+        if self.kind == "spin":
+            return f"L_{self.axis + 1}_{self.body}"
         return f"{_STEMS[self.kind]}_{_AXES[self.axis]}"
 
     @property
     def described(self) -> Phrase:
         """The displacement in words."""
+        if self.kind == "spin":
+            parts = {"body": (self.body,), "axis": (str(self.axis + 1),)}
+            return Phrase("rotation of {body} around its axis {axis}", **parts)
         axis = (_AXES[self.axis],)
         if self.kind == "rotation":
             return Phrase("rotation around {axis}", axis=axis)
@@ -68,7 +82,24 @@ class Displacement:
 
 
 def displacement(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
-    """Recognize a field as a unit translation, rotation or boost along an axis, else None."""
+    """Recognize a field as a unit translation, rotation or boost along an axis, else None.
+
+    Or as the turn of a body by a quaternion around one of its own axes.
+    """
+    return _of_all(equations, field) or _spin(equations, field)
+
+
+def _spin(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
+    """Recognize the turn of a body around one of its own axes."""
+    for turn in quaternion_turns(equations):
+        pairs = zip(field, turn.field, strict=True)
+        if not turn.in_space and all(sp.expand(x - y) == 0 for x, y in pairs):
+            return Displacement("spin", turn.axis, body=turn.body)
+    return None
+
+
+def _of_all(equations: Equations, field: Sequence[sp.Expr]) -> Displacement | None:
+    """Recognize a displacement of all particles as one rigid body."""
     moving = _material_points(equations)
     if not moving:
         return None
