@@ -10,6 +10,7 @@ from __future__ import annotations
 import gc
 import math
 import multiprocessing
+import signal
 import sys
 import threading
 import time
@@ -66,11 +67,23 @@ _PRELOADED = [
 
 
 def _context() -> BaseContext:
-    """Fork processes from a server with everything imported; spawn them if there is none."""
+    """Fork processes from a server with everything imported; spawn them if there is none.
+
+    The server, which ignores Ctrl-C once it has imported, is started with it held back: a mask is
+    inherited, and the parent's own Ctrl-C comes when it is lifted.
+    """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
+    from multiprocessing import forkserver, resource_tracker
+
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(_PRELOADED)
+    resource_tracker.ensure_running()  # The server would start it, and lift the mask then.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return context
 
 

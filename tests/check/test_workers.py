@@ -88,6 +88,26 @@ def test_checks_import_what_the_server_has_imported(name):
     assert [module for module in done.stdout.split() if module.startswith(heavy)] == []
 
 
+#: Prints the signals that the server of processes holds back, and those that its parent does.
+HELD_BACK = """
+import os
+from multiprocessing import forkserver
+from lagrange_cli.check.workers import _context
+_context()
+for process in (forkserver._forkserver._forkserver_pid, os.getpid()):
+    with open(f"/proc/{process}/status") as status:
+        print(next(line.split()[1] for line in status if line.startswith("SigBlk")))
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="masks are read from /proc")
+def test_ctrl_c_does_not_reach_the_server_while_it_imports():
+    command = [sys.executable, "-c", HELD_BACK]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    server, parent = (int(mask, 16) >> (signal.SIGINT - 1) & 1 for mask in done.stdout.split())
+    assert (server, parent) == (1, 0)
+
+
 def test_workers_end_with_their_reader():
     reports = in_processes(["a", "sleep"], 2, job)
     assert next(reports).path == "a"
