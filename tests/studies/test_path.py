@@ -14,6 +14,11 @@ from scipy.integrate import quad, solve_ivp
 from lagrange_cli.api import load, loads
 from lagrange_cli.errors import AccuracyError, InputError
 from lagrange_cli.report.values.studies import PATHS
+from lagrange_cli.studies.chebyshev import points_of
+from lagrange_cli.studies.path.collocation import TwoPointProblem
+from lagrange_cli.studies.path.ends import End
+from lagrange_cli.studies.path.motions import Motions
+from lagrange_cli.studies.path.search import scales_of
 
 BALL = "systems/lecture/thrown_ball.yaml"
 PENDULUM = "systems/pendulums/pendulum.yaml"
@@ -290,8 +295,6 @@ def test_a_parameter_without_a_value_is_asked_for():
 
 def test_a_motion_that_is_refused_is_no_end_of_the_search():
     """Starts may begin motions that no doubles hold; those of the user are looked at before."""
-    from lagrange_cli.studies.path.motions import Motions
-
     motions = Motions(loads(OSCILLATOR).derive().path_models())
     times = np.array([0.0, 1.0])
     assert motions.shot(times, np.array([0.3]), np.array([1.0]), 1e-9) is not None
@@ -310,3 +313,16 @@ def test_ends_beyond_the_range_of_doubles_have_no_paths() -> None:
     """The action of a motion to 1e300 overflows."""
     with pytest.raises(AccuracyError, match="no path of stationary action was found"):
         paths(PLANE, {"x": 0, "y": 1e300, "t": 0}, {"x": 1, "y": 1e301, "t": 0.5}, starts=2)
+
+
+@pytest.mark.slow
+def test_coordinates_are_bent_by_falls_between_the_ends():
+    """A fall of span²/8 times 9.81 m/s² between two times at one place, and its first speed."""
+    text = "name: fall\ncoordinates: [z]\nkinetic: {T: dot(z)^2/2}\npotentials: {V: 9.81*z}\n"
+    motions = Motions(loads(text).derive().path_models())
+    first, last = End(5.0, np.zeros(1)), End(7.0, np.zeros(1))
+    scales = scales_of(motions, first, last)
+    assert scales == pytest.approx([9.81 * 2**2 / 8])
+    s = points_of(8).s
+    problem = TwoPointProblem(motions, first, last, scales)
+    assert problem.velocity((4 * s * (1 - s))[:, None]) == pytest.approx([9.81 * 2 / 2])
