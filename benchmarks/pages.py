@@ -45,13 +45,12 @@ and Kutta of order 4, in CPU time, of emitted JavaScript and of emitted C.
 
 
 def pages_in(folder: Path, cache: Cache) -> Iterator[Path]:
-    """Write the page of each scene that has a start and no controller that samples it."""
+    """Write the page of each scene that has a start."""
     for scene in sorted((ROOT / "systems").glob("*/*.yaml")):
         if scene.parent.name == "refused":
             continue
         derivation = load(scene).derive(cache=cache)
-        system = derivation.equations.system
-        if system.initial is not None and not system.controllers:
+        if derivation.equations.system.initial is not None:
             page = derivation.page(derivation.simulate(cache=cache))
             file = folder / f"{scene.stem}.html"
             file.write_text(page, encoding="utf-8")

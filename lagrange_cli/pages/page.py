@@ -19,7 +19,7 @@ from lagrange_cli.emit.languages.javascript import emit_javascript
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.notation.symbols import printable, text_prose
 from lagrange_cli.pages.server import policy_hash
-from lagrange_cli.pages.stage import drawn_equations, stage_of
+from lagrange_cli.pages.stage import drawn_equations, stage_of, with_held_states
 from lagrange_cli.report.contents.derivation.documents import asked_document, titled
 from lagrange_cli.report.document_options import DEFAULTS
 from lagrange_cli.report.formats import spoken
@@ -64,12 +64,8 @@ def require_shown(equations: Equations) -> None:
     Raises
     ------
     InputError
-        The scene has no start, or controllers sample its motion.
+        The scene has no start.
     """
-    if equations.system.controllers:
-        message = "a page moves without samples, and a controller samples this motion"
-        hint = "simulate --animate FILE.svg films it"
-        raise InputError(Problem(message, hint=hint, rule="page"))
     if equations.system.initial is None:
         hint = "give the initial state in 'initial', and a value for every parameter"
         message = "a page shows a motion, and no start is known"
@@ -100,10 +96,10 @@ def page_of(equations: Equations, trajectory: Trajectory, code: str = "en") -> s
 
 def _head(equations: Equations, trajectory: Trajectory, say: Language) -> Iterator[str]:
     labels = labels_of(equations)
-    drawn = drawn_equations(equations)
+    drawn, samplers = with_held_states(drawn_equations(equations))
     style = STYLE + _resource("page.css")
     scripts = [_system(drawn), _script()]
-    data = _json(_data(drawn, trajectory, labels, say))
+    data = _json(_data(drawn, trajectory, labels, say, samplers))
     policy = (
         f"default-src 'none'; script-src {' '.join(map(policy_hash, scripts))}; "
         f"style-src-elem {policy_hash(style)}; style-src-attr 'unsafe-inline'; "
@@ -178,9 +174,19 @@ def _json(value: Any) -> str:
 
 
 def _data(
-    equations: Equations, trajectory: Trajectory, labels: Labels, say: Language
+    equations: Equations,
+    trajectory: Trajectory,
+    labels: Labels,
+    say: Language,
+    samplers: Sequence[dict[str, Any]],
 ) -> dict[str, Any]:
     system = equations.system
+    sampled = {system.state_names[k] for sampler in samplers for k, _ in sampler["changes"]}
+    held_names = {
+        system.state_names[k]
+        for sampler in samplers
+        for k, _ in sampler["changes"][: sampler["held"]]
+    }
     return {
         "name": equations.presentation.name,
         "energy": labels.energy,
@@ -206,10 +212,13 @@ def _data(
                 "description": printable(state.description or ""),
                 "scale": trajectory.scales.get(state.name, 1.0),
                 "hasTwoValues": state.switch is not None,
+                "isSampled": state.name in sampled,
+                "isHeld": state.name in held_names,
             }
             for state in system.states
         ],
         "parameters": [_parameter(p, labels) for p in system.parameters],
+        "samplers": samplers,
         **_drawn(equations, say),
         "simulated": _simulated(trajectory, [state.name for state in system.states]),
         "words": _words(say),

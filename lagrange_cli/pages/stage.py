@@ -16,7 +16,7 @@ from sympy import Integer
 
 from lagrange_cli.mechanics.depiction import joint_components
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
-from lagrange_cli.mechanics.system import CartesianName
+from lagrange_cli.mechanics.system import CartesianName, State
 from lagrange_cli.notation.symbols import printable
 from lagrange_cli.pictures.sketch.links import parts_of
 from lagrange_cli.pictures.sketch.outlines import FACTORS
@@ -63,6 +63,58 @@ def drawn_equations(equations: Equations) -> Equations:
     )
     known = (*system.cartesian_names, *names)
     return replace(equations, system=replace(system, cartesian_names=known))
+
+
+def with_held_states(equations: Equations) -> tuple[Equations, list[dict[str, Any]]]:
+    """Return equations in which inputs that controllers hold are states, and the samplers.
+
+    A sampler has the time between its samples, a number or that of a parameter where
+    ``isParameter``, and ``changes``: pairs of numbers of the state with positions that are their
+    next values, those of the ``held`` inputs first. The emitted ``positions`` have the laws behind
+    the places.
+    """
+    system, initial = equations.system, equations.system.initial
+    if not system.controllers or initial is None:
+        return equations, []
+    held_names = {name for c in system.controllers for name, _ in c.held_inputs}
+    held_inputs = [u for u in system.inputs if u.name in held_names]
+    held_states = tuple(State(u.name, u.symbol, Integer(0)) for u in held_inputs)
+    states = (*system.states, *held_states)
+    zeros = [0.0] * len(held_states)
+    start = replace(
+        initial,
+        states=(*initial.states, *zeros),
+        decimals=(*initial.decimals, *map(str, zeros)),
+    )
+    names = [*system.cartesian_names]
+    first = 2 * len(system.coordinates)
+    numbers = {state.name: first + k for k, state in enumerate(states)}
+    parameters = [p.symbol for p in system.parameters]
+    samplers = []
+    for controller in system.controllers:
+        changes = []
+        for name, law in (*controller.held_inputs, *controller.memory):
+            changes.append([numbers[name], len(names)])
+            names.append(CartesianName(f"next value of {name}", law, Integer(0)))
+        every = controller.every
+        is_parameter = every in parameters
+        samplers.append(
+            {
+                "every": parameters.index(every) if is_parameter else float(every),
+                "isParameter": is_parameter,
+                "changes": changes,
+                "held": len(controller.held_inputs),
+            }
+        )
+    changed = replace(
+        system,
+        inputs=tuple(u for u in system.inputs if u.name not in held_names),
+        states=states,
+        controllers=(),
+        initial=start,
+        cartesian_names=tuple(names),
+    )
+    return replace(equations, system=changed), samplers
 
 
 def _span_names(body: BodyOutline) -> list[tuple[str, str, str]]:

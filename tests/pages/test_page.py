@@ -14,6 +14,7 @@ import pytest
 
 from lagrange_cli import load, loads
 from lagrange_cli.cli.main import run
+from tests.simulate.test_sampled_control import PID
 
 ROOT = Path(__file__).resolve().parents[2]
 SYSTEMS = ROOT / "systems"
@@ -89,9 +90,11 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
             "seismometer": "oscillators/seismometer",
             "slider_with_play": "switching/slider_with_play",
             "stick_slip_belt": "switching/stick_slip_belt",
+            "sampled_cart_pole": "actuators/sampled_cart_pole",
         }.items()
     }
     scenes |= {name: loads(text).derive() for name, text in WRITTEN.items()}
+    scenes["sampled_pid"] = loads(PID).derive()
     files = [written(derivation, folder / f"{name}.html") for name, derivation in scenes.items()]
     (folder / "used.html").write_bytes((folder / "slider_crank.html").read_bytes())
     rows = driven([*files, Path("--use"), folder / "used.html"])
@@ -103,7 +106,7 @@ def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
     [
         *("double_pendulum", "slider_crank", "net_of_springs", "schwarzschild_orbit"),
         *("dc_motor_pendulum", "bouncing_ball", "slack_rope", "rolling_disk", "seismometer"),
-        *("slider_with_play", "pushed_ball"),
+        *("slider_with_play", "pushed_ball", "sampled_cart_pole", "sampled_pid"),
     ],
 )
 def test_a_page_moves_as_the_simulation_does(pages, name):

@@ -120,7 +120,9 @@ function fill() {
   data.parameters.forEach((parameter, k) => slider(
     byId('parameters'), parameter, 'p', k, rangeOf(usual.p[k], parameter.isPositive),
   ));
-  numbers.forEach((number, k) => slider(byId('start'), number, 'y', k, startRange(number, k)));
+  numbers.forEach((number, k) => {
+    if (!number.isHeld) slider(byId('start'), number, 'y', k, startRange(number, k));
+  });
 }
 
 /** Say whether a number of the simulated motion has more than one value. */

@@ -46,6 +46,7 @@ class Motion {
     this.state = led;
     const begun = system.reset ? system.reset(from, led, p) : { y: led };
     this.goOn(from, begun && system.change ? { ...begun, y: system.change(from, begun.y, p) } : begun);
+    this.sample(from);
     this.size = this.firstStep();
   }
 
@@ -97,7 +98,7 @@ class Motion {
   step() {
     const t = this.reached;
     for (;;) {
-      const h = Math.min(this.size, this.until - t);
+      const h = Math.min(this.size, this.until - t, this.sampleAt - t);
       const trial = this.trial(t, h);
       const error = this.norm(trial.error, this.state);
       const isAccepted = error <= 1;
@@ -138,6 +139,7 @@ class Motion {
     this.segments.push(segment);
     if (event) this.cross(event);
     else this.pass(t, h, end, k[6]);
+    if (this.reached === this.sampleAt) this.sample(this.sampleAt);
     if (this.status === 'failed') return;
     if (this.reached >= this.until) this.status = 'done';
     else if (this.segments.length >= MOST_STEPS || this.isStuck()) this.status = 'slow';
@@ -183,10 +185,28 @@ class Motion {
     });
   }
 
+  /** Change what controllers hold and remember, if one samples at this time; find the next time. */
+  sample(t) {
+    this.sampleAt = Infinity;
+    if (!data.samplers.length || !this.state) return;
+    const laws = system.positions(t, this.state, this.p);
+    const y = Float64Array.from(this.state);
+    for (const { every, isParameter, changes } of data.samplers) {
+      const period = isParameter ? this.p[every] : every;
+      const number = Math.round(t / period);
+      const isDue = Math.abs(t - number * period) <= 1e-9 * period;
+      if (isDue || t === this.from) for (const [k, law] of changes) y[k] = laws[law];
+      const next = isDue ? number + 1 : Math.floor(t / period) + 1;
+      if (period > 0) this.sampleAt = Math.min(this.sampleAt, next * period);
+    }
+    this.goOn(t, { mode: this.mode, y });
+  }
+
   /** Go on behind a step without events. */
   pass(t, h, end, slope) {
-    // The last time is the end itself, whatever rounding made of the sum of steps.
-    this.times.push(h === this.until - t ? this.until : t + h);
+    // The last time is the end itself, or that of a sample, whatever rounding made of the sum of steps.
+    const exact = [this.until, this.sampleAt].find((time) => h === time - t);
+    this.times.push(exact ?? t + h);
     this.state = end;
     this.slope = slope;
     if (!system.project) return;

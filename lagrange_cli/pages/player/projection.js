@@ -7,7 +7,7 @@ const cross = (a, b) => [
 ];
 
 /** How many times its size a system may go in a drawing that does not follow it. */
-const FAR = 8;
+const FAR = 6;
 
 /** The camera of a drawing. */
 class Camera {

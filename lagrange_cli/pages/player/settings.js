@@ -12,10 +12,10 @@ const usual = {
   y: [...system.INITIAL],
   until: span[1],
 };
-// A state of two values is compared by what it moves: its own difference is 0 or 1.
+// What jumps, as a state of two values and what is sampled, is compared by what it moves.
 const scales = [
   ...[0, 1].flatMap((order) => data.coordinates.map((c) => c.scales[order])),
-  ...data.states.map(({ scale, hasTwoValues }) => (hasTwoValues ? Infinity : scale)),
+  ...data.states.map(({ scale, hasTwoValues, isSampled }) => (hasTwoValues || isSampled ? Infinity : scale)),
 ];
 
 /** Name, symbol and unit of each number of a state: coordinates, velocities, states of first order. */

@@ -41,7 +41,7 @@ _MOST_COILS = 40
 _ROUND = np.linspace(0, 2 * np.pi, 49)
 
 #: How many times its size a system may go in a film that does not follow it (as on pages).
-_FAR = 8
+_FAR = 6
 
 #: Marks of a floor along and across it from the one nearest to the system, and their distance and
 #: length over the size of the system.
