@@ -94,7 +94,7 @@ def resolve(model: Model, options: SimulationOptions, in_memory: int | None = No
         lacks something.
     """
     try:
-        initial = _moving(model)
+        initial = required_start(model)
     except InputError as refusal:
         raise placed(refusal, model.defaults.mark) from refusal
     try:
@@ -145,8 +145,14 @@ def _refused(message: str, hint: str) -> InputError:
     return InputError(Problem(message, hint=hint, rule="simulate"))
 
 
-def _moving(model: Model) -> Array:
-    """Return the initial state, shape (2n,); refuse a model that cannot move."""
+def required_start(model: Model) -> Array:
+    """Return the initial state, shape (2n,).
+
+    Raises
+    ------
+    InputError
+        The model cannot move: coordinates, values or a part of the start are missing.
+    """
     if not model.coordinates:
         raise _refused(
             f"nothing can move: '{model.name}' has no degrees of freedom",

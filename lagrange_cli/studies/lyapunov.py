@@ -22,6 +22,7 @@ from lagrange_cli.drawn import Reported
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.simulate.charts.simulation import simulate_with_sensitivities
 from lagrange_cli.simulate.options import SimulationOptions
+from lagrange_cli.simulate.request import required_start
 from lagrange_cli.simulate.simulation import RunContext
 from lagrange_cli.simulate.system.functions import KeptFunctions
 from lagrange_cli.state_layout import StateLayout
@@ -105,7 +106,7 @@ def lyapunov_exponents(
     Raises
     ------
     InputError
-        The motion does not go so far, or the end is not after the start.
+        The motion cannot begin, does not go so far, or the end is not after the start.
     """
     begin = model.defaults.start
     if not until > begin:
@@ -144,8 +145,7 @@ class _Follow:
         self.size = round((math.sqrt(1 + 4 * whole.size) - 1) / 2)
         ways = 1 + self.size
         self._layout = StateLayout(whole.coordinates // ways, whole.states // ways)
-        assert model.initial is not None
-        initial = np.array(model.initial)
+        initial = required_start(model)
         self.start = np.concatenate([part[0] for part in self._parts(initial)])
 
     def _parts(self, numbers: Array) -> list[Array]:

@@ -65,3 +65,15 @@ def test_what_has_no_exponents() -> None:
         load("systems/contact/bouncing_ball.yaml").derive().lyapunov(until=1)
     with pytest.raises(InputError, match="not after the start"):
         load("systems/pendulums/pendulum.yaml").derive().lyapunov(until=0)
+
+
+def test_a_parameter_without_a_value_is_named() -> None:
+    scene = """
+    parameters: {k: {}}
+    coordinates: [x]
+    kinetic: {T: dot(x)^2/2}
+    potentials: {V: k*x^4}
+    initial: {x: 1}
+    """
+    with pytest.raises(InputError, match="no value for 'k'"):
+        loads(scene).derive().lyapunov(until=1.0)
