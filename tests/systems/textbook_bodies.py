@@ -60,6 +60,13 @@ def _acrobot(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     return first + second + coupled - p.g * height
 
 
+def _rotary_pendulum(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
+    arm = HALF * (p.I + p.m * p.d**2 + p.M * p.l**2) * v.alpha**2
+    rod = HALF * (p.J + p.M * p.c**2) * (v.beta**2 + v.alpha**2 * sin(q.beta) ** 2)
+    coupled = p.M * p.l * p.c * cos(q.beta) * v.alpha * v.beta
+    return arm + rod + coupled + p.M * p.g * p.c * cos(q.beta)
+
+
 def _gyroscope_in_gimbals(p: Names, q: Names, v: Names, t: Symbol) -> Expr:
     outer = p.C2 + (p.A + p.B1) * sin(q.theta) ** 2 + p.C1 * cos(q.theta) ** 2
     across = HALF * outer * v.phi**2 + HALF * (p.A + p.A1) * v.theta**2
@@ -96,6 +103,7 @@ BODIES: Mapping[str, Callable[[Names, Names, Names, Symbol], Expr]] = {
     "sleeping_top": _top_off_the_vertical,
     "reaction_wheel_pendulum": _reaction_wheel_pendulum,
     "acrobot": _acrobot,
+    "rotary_pendulum": _rotary_pendulum,
     "ballbot": _ballbot,
     "gyroscope_in_gimbals": _gyroscope_in_gimbals,
     "planar_quadrotor": _planar_quadrotor,
