@@ -17,11 +17,9 @@ import pytest
 
 from lagrange_cli.check.check import check_paths
 from lagrange_cli.check.model import Limits
-from lagrange_cli.cli.terminal import interrupts
-from lagrange_cli.editors import answers
+from lagrange_cli.cli.terminal.interrupts import Terminated
 from lagrange_cli.errors import InputError
 from lagrange_cli.files import sole_writer, temporary_folder, whole_file, write_file, write_files
-from lagrange_cli.toolchain import compiler
 
 
 def refusing_open_files(call: Callable[..., None]) -> Callable[..., None]:
@@ -42,14 +40,12 @@ def windows(monkeypatch: pytest.MonkeyPatch) -> None:
         pytest.skip("the open files of this process are not listed")
     for module in ("locks", "temporary"):
         monkeypatch.setattr(f"lagrange_cli.files.{module}.POSIX", False)
-    for name in ("pwrite", "fchown", "uname", "killpg", "geteuid", "O_NOFOLLOW", "O_NONBLOCK"):
+    for name in ("pwrite", "fchown", "uname", "killpg", "O_NOFOLLOW", "O_NONBLOCK"):
         monkeypatch.delattr(os, name, raising=False)
     for name in ("fcntl", "resource"):
         monkeypatch.setitem(sys.modules, name, None)
     for name in ("replace", "unlink"):
         monkeypatch.setattr(os, name, refusing_open_files(getattr(os, name)))
-    # Owners are asked for on POSIX alone.
-    monkeypatch.setattr("lagrange_cli.files.temporary._is_own", lambda status: True)
 
 
 @pytest.mark.usefixtures("windows")
@@ -88,29 +84,16 @@ def test_memory_is_not_limited_where_the_system_does_not(
         check_paths([str(tmp_path)], limits=Limits(memory=10**9))
 
 
-def test_the_server_does_without_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "resource", None)
-    answers._limit_memory()
-
-
 def test_a_signal_is_sent_again_where_threads_get_none(monkeypatch: pytest.MonkeyPatch) -> None:
     heard: list[int] = []
+    ended = Terminated(signal.SIGTERM, lambda: None)  # which nobody hears of
     before = signal.signal(signal.SIGTERM, lambda number, frame: heard.append(number))
     monkeypatch.delattr(signal, "pthread_kill")
     try:
-        interrupts._send_again(signal.SIGTERM)
+        del ended
         started = time.monotonic()
         while not heard and time.monotonic() - started < 60:
             time.sleep(0.01)
     finally:
         signal.signal(signal.SIGTERM, before)
     assert heard == [signal.SIGTERM]
-
-
-def test_programs_may_end_in_exe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    program = tmp_path / "gcc.exe"
-    program.write_text("#!/bin/sh\n")
-    program.chmod(0o755)
-    assert compiler._executable("gcc", str(tmp_path)) is None
-    monkeypatch.setattr(compiler, "_ENDINGS", ("", ".exe"))
-    assert compiler._executable("gcc", str(tmp_path)) == str(program)
