@@ -24,9 +24,15 @@ from lagrange_cli.analysis.equilibria.configuration import (
     require_switch_values,
     without_switching,
 )
+from lagrange_cli.analysis.equilibria.release import Release
 from lagrange_cli.analysis.equilibria.repeats import distance, without_repeats
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem, kinks_at, rest_system
-from lagrange_cli.analysis.equilibria.search import SearchResult, search, with_exact
+from lagrange_cli.analysis.equilibria.search import (
+    SearchResult,
+    search,
+    usual_length,
+    with_exact,
+)
 from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordinates
 from lagrange_cli.analysis.equilibria.steady import (
     SteadySystem,
@@ -251,6 +257,10 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     if not forms.complete and not (system.missing and points):
         outcome = search(system)
         points = with_exact(system, forms.points, outcome)
+    release = Release(system, usual_length(system))
+    points = [
+        p for p in points if p.conditions or p.position is None or not release.moves(p.position)
+    ]
     different = problem.completed(without_repeats(system, _ordered(system, points, outcome)))
     judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps

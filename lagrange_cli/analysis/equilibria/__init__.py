@@ -5,8 +5,9 @@ at rest come out, in closed form where equations can be solved one after the oth
 numbers of 30 digits with the count of starts that led to them. Read :mod:`.rest_system` first,
 which writes the equations of equilibrium (virtual work: H. Goldstein, C. Poole and J. Safko,
 Classical Mechanics, 3rd ed., section 1.4); :mod:`.closed_forms` and :mod:`.search` solve them.
-:mod:`.steady` asks the same of Routh's equations, :mod:`.steady_rates` of Voronets';
-:mod:`.state_coordinates` makes states of first order coordinates of equations at rest.
+:mod:`.release` drops those that only a singular chart makes. :mod:`.steady` asks the same of
+Routh's equations, :mod:`.steady_rates` of Voronets'; :mod:`.state_coordinates` makes states of
+first order coordinates of equations at rest.
 """
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "configuration",
     "laws",
     "parameter_relations",
+    "release",
     "repeats",
     "rest_functions",
     "rest_system",

@@ -42,8 +42,6 @@ _GUARD, _HALF_OF_DECIMALS = 60, 1e-15
 
 _ZERO = sp.S.Zero
 
-#: Functions with a kink or a jump.
-
 #: Size of an argument of these that is zero: a configuration is known to 30 digits.
 _NOTHING = mpf(10) ** -12
 

@@ -17,6 +17,7 @@ import numpy as np
 from mpmath import mpf
 
 from lagrange_cli.analysis.equilibria.existence import EquilibriumProver
+from lagrange_cli.analysis.equilibria.release import Release
 from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
@@ -96,7 +97,12 @@ def search(system: RestSystem) -> SearchResult:
     starts = max(_FEWEST_STARTS, min(_MOST_STARTS, affordable))
     points: list[Equilibrium] = []
     doubtful: list[tuple[Mpf, ...]] = []
-    ends = _different(system, _moved(system, _starts(system, starts)))
+    release = Release(system, usual_length(system))
+    ends = [
+        end
+        for end in _different(system, _moved(system, _starts(system, starts)))
+        if not release.moves(end[: functions.n])
+    ][:_MOST_POINTS]
     steps = max(_FEWEST_STEPS, _DIGIT_WORK // functions.operations // max(1, len(ends)))
     for unknown in ends:
         end = _approached(system, unknown, steps)
@@ -145,7 +151,7 @@ def _different(system: RestSystem, ends: Matrix) -> list[list[float]]:
     for end in ends.tolist():
         if all(distance(system, end, known) > _CLOSE for known in distinct):
             distinct.append(end)
-    return distinct[:_MOST_POINTS]
+    return distinct
 
 
 def _differ(system: RestSystem, first: Equilibrium, second: Equilibrium) -> bool:

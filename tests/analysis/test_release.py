@@ -1,0 +1,46 @@
+"""Equilibria at singular coordinates: those of the system stay, those of the chart alone go."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from lagrange_cli import loads
+from tests.systems.shipped import SYSTEMS
+
+#: A ball on a plane whose normal leans by arctan s, turned by Euler angles: gimbal lock at b = π/2.
+BALL = """
+name: ball
+parameters: {m: 1, g: 9.81, r: 0.02, s: 0.75}
+bodies:
+  ball: {at: [x, y, z], turn: [x: a, y: b, z: c], mass: m, inertia: {sphere: r}}
+constraints: {plane: {roll: ball, radius: r, on: {normal: [s, 0, 1]}}}
+coordinates: [x, y, a, b, c]
+potentials: {weight: {gravity: g}}
+"""
+
+
+def found(text):
+    return loads(text).derive().analyze("equilibria").equilibria.points
+
+
+def test_a_ball_rests_on_a_level_plane_alone():
+    assert found(BALL) == ()
+    assert len(found(BALL.replace("s: 0.75", "s: 0"))) == 1
+
+
+@pytest.mark.slow
+def test_a_marble_rests_at_the_bottom_of_its_bowl():
+    (point,) = found((SYSTEMS / "bodies" / "marble_in_bowl.yaml").read_text(encoding="utf-8"))
+    assert [abs(float(x)) < 1e-20 for x in point.position[:2]] == [True, True]
+
+
+def test_a_pendulum_rests_at_its_poles_unless_wind_blows():
+    """At a pole, wind across the meridian has no part along θ, and none along φ anywhere there."""
+    pendulum = (SYSTEMS / "pendulums" / "spherical_pendulum.yaml").read_text(encoding="utf-8")
+    still = pendulum.partition("expect:")[0]
+    assert {round(float(p.position[0]), 9) for p in found(still)} == {0, round(math.pi, 9)}
+    windy = found(still.replace("potentials:", "potentials:\n  wind: -3*x"))
+    tilt = math.atan(3 / 9.81)
+    assert {round(abs(math.sin(p.position[0])), 9) for p in windy} == {round(math.sin(tilt), 9)}
