@@ -391,8 +391,10 @@ def _reasons(loss: EnergyLoss, lagrangian: Inline) -> Iterator[Written]:
         yield say("{lagrangian} holds the state {name}", lagrangian=lagrangian, name=Plain(name))
     if loss.friction:
         yield say("friction takes energy")
-    for name in loss.forces:
-        yield say("the force {name} does work", name=Plain(name))
+    if len(loss.forces) == 1:
+        yield say("the force {name} does work", name=Plain(loss.forces[0]))
+    elif loss.forces:
+        yield say("the forces {names} do work", names=names(loss.forces))
     for name in loss.moving:
         yield say("the constraint {name} moves", name=Plain(name))
 
