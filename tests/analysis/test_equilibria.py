@@ -8,6 +8,8 @@ import math
 import pytest
 import sympy as sp
 
+from lagrange_cli.analysis.equilibria.rest_system import rest_system
+from lagrange_cli.analysis.equilibria.search import polished
 from lagrange_cli.analysis.equilibria.single_equation import real_roots
 from lagrange_cli.api import loads
 from lagrange_cli.errors import InputError
@@ -55,6 +57,13 @@ def test_hoop_at_its_critical_rate_is_decided_by_the_fourth_order():
     assert verdicts(found) == {(0.0,): "stable", (round(math.pi, 9),): "unstable"}
     point = next(p for p in found.equilibria.points if not p.position[0])
     assert "higher order" in point.stability.reason
+
+
+@pytest.mark.parametrize(("near", "angle"), [(6.2, 0), (-12.6, 0), (-3, math.pi), (9.5, math.pi)])
+def test_equilibria_reached_in_another_turn_are_those_of_the_first(near, angle):
+    system = rest_system(loads(HOOP).derive().equations, {})
+    (reached,) = polished(system, [near]).position
+    assert float(reached) == pytest.approx(angle, abs=1e-15)
 
 
 def turning(potential, coordinate="theta"):

@@ -256,7 +256,9 @@ def test_pages_do_not_grow_with_the_number_of_elements():
 def test_products_that_stand_in_several_sums_are_gathered(n):
     """Heights of a chain hold those of all links above; their sum is not multiplied out."""
     equations = _loaded("chains/pendulum_chain", n=n).derive().equations
-    assert "\nV = -m g l Σᵢ₌₁ⁿ (n + 1 - i) cos θᵢ\n" in derivation_text(equations)
+    text = derivation_text(equations)
+    assert "\nV = -m g l Σᵢ₌₁ⁿ (n + 1 - i) cos θᵢ\n" in text
+    assert "\nT = ½ m l² Σᵢ₌₁ⁿ Σⱼ₌₁ⁿ (n + 1 - max(i, j)) θ̇ᵢ θ̇ⱼ cos(θᵢ - θⱼ)\n" in text
 
 
 def test_sums_over_springs_reach_the_fixed_ends_of_a_chain():

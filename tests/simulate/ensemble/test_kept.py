@@ -15,6 +15,7 @@ from lagrange_cli import InputError, loads
 from lagrange_cli.simulate.ensemble.reduce.defects import series_along
 from lagrange_cli.simulate.ensemble.reduce.dense_motion import Motions, Piece
 from lagrange_cli.simulate.ensemble.reduce.enclosures import Expression
+from lagrange_cli.simulate.ensemble.reduce.motion_series import Intervals
 from lagrange_cli.simulate.ensemble.reduce.reductions import REDUCTIONS
 from lagrange_cli.simulate.model.build import model_of
 from lagrange_cli.simulate.model.model import Model
@@ -207,18 +208,23 @@ def reduced(
     text: str, t, x, v, level: float, error: float = 1e-12, frequency: float = 1.0
 ) -> tuple[float, float]:
     """A number of one motion of an oscillator with these samples."""
-    model = model_with(text)
+    expression = expression_along(text, t, x, v, level, error, frequency)
+    (number,), (off,) = REDUCTIONS[read_reduction(text).kind](expression)
+    return float(number), float(off)
+
+
+def expression_along(
+    text: str, t, x, v, level: float, error: float, frequency: float
+) -> Expression:
     motions = Motions(
         (Piece(t, np.stack([x, v], axis=1)[None]),),
         np.array([[level, frequency]]),
         np.full((1, 2), error),
     )
-    along = series_along(model, motions)
+    along = series_along(model_with(text), motions)
     assert along is not None
     value, *gradient = reduction_outputs(0, 2)
-    expression = Expression(along, value, tuple(gradient))
-    (number,), (off,) = REDUCTIONS[read_reduction(text).kind](expression)
-    return float(number), float(off)
+    return Expression(along, value, tuple(gradient))
 
 
 @pytest.mark.slow
@@ -284,6 +290,17 @@ def test_narrow_places_are_found(call, exact):
         error += 1e-9
     assert abs(number - exact) <= error
     assert error < 1e-8
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_the_top_of_a_polynomial_is_bounded_in_one_interval(sign):
+    """Along x = t, from -1 to 1: ±x⁵/2 - x² is largest at 0, where it is far from a parabola."""
+    t = np.linspace(-7, 7, 8)
+    expression = expression_along(f"max({sign}x^5/2 - x^2)", t, t, np.ones(8), 0.0, 0.0, 0.0)
+    middle = Intervals(np.array([0]), np.array([3]), np.array([-1.0]), np.array([1.0]))
+    known = expression.enclosed(middle, np.array([-np.inf]))
+    assert known.top <= 0 <= known.high
+    assert known.high - known.top < 1e-8
 
 
 @pytest.mark.parametrize(
