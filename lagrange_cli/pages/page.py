@@ -40,7 +40,7 @@ _PARTS = (
 )
 
 #: Functions and constants of the emitted module that the page's script reads.
-_EMITTED = ("rhs", "energy", "positions", "DEFAULTS", "INITIAL", "START")
+_EMITTED = ("rhs", "energy", "positions", "DEFAULTS", "INITIAL")
 
 #: Those of contacts, of states with two values, and of both.
 _EMITTED_OF_CONTACTS, _EMITTED_OF_SWITCHES = ("FLIGHT", "reset"), ("PLACES", "change")

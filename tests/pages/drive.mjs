@@ -91,6 +91,7 @@ async function driven(file) {
   const use = isUsed.has(file) ? await used(browser, page, finished) : null;
   if (use) return { file, messages, usual, use };
   const shown = { difference: await text(page, 'difference'), drift: await text(page, 'drift-word') };
+  const drift = await page.evaluate(() => globalThis.lagrangePage.drift());
   await page.click('#play');
   const shownFrames = await frames(page, 1000);
   const played = await state(page);
@@ -107,7 +108,7 @@ async function driven(file) {
   const address = await page.evaluate(() => location.hash);
   const foreign = await page.evaluate(() => Object.keys(globalThis).filter((name) => name.startsWith('pwned')));
   await page.close();
-  return { file, messages, usual, shown, frames: shownFrames, played, canvases, moved, address, foreign };
+  return { file, messages, usual, shown, drift, frames: shownFrames, played, canvases, moved, address, foreign };
 }
 
 for (const file of files) {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import re
 import shutil
 import subprocess
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +143,18 @@ def test_the_energy_drift_is_that_of_the_equations(pages):
     assert float(size[1]) * 10 ** int(size[2].translate(digits)) < 1e-7
 
 
+def test_the_energy_falls_at_impacts_alone(pages):
+    """Behind each bounce the ball has the square of the restitution of what it had."""
+    points = pages["bouncing_ball"]["drift"]
+    steps = [
+        (after - before, t == behind) for (t, before), (behind, after) in itertools.pairwise(points)
+    ]
+    assert max(abs(change) for change, is_impact in steps if not is_impact) < 1e-8
+    losses = [change for change, is_impact in steps if is_impact]
+    assert losses[0] == pytest.approx(-9.81 * (1 - 0.8**2), rel=1e-6)
+    assert losses[1] == pytest.approx(0.8**2 * losses[0], rel=1e-6)
+
+
 def test_what_sticks_goes_on_as_it_was_simulated(pages):
     """The block sticks to the belt from t = 0.38 on; the page shows the motion up to its end."""
     page = pages["stick_slip_belt"]
@@ -192,6 +206,35 @@ def test_the_address_holds_all_settings(pages):
     address = pages["used"]["use"]["address"]
     assert address["both"][0] == address["both"][1]
     assert address["twins"] == [True, True]
+
+
+def test_a_system_that_is_enlarged_stays_in_the_drawing(pages):
+    assert pages["used"]["use"]["beyond"] < 0
+
+
+def test_a_longer_motion_is_compared_with_a_finer_run(pages):
+    assert "a hundredth of the tolerance" in pages["used"]["use"]["longer"]
+
+
+@pytest.mark.parametrize(
+    ("rod", "corner"), [([0, 100], [9, -9]), ([154, -91], [9, 19]), ([60, -140], [9, 19])]
+)
+def test_a_name_stands_beside_a_rod(rod, corner):
+    """A rod that goes up to the right leaves the name the place below it."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no node")
+    script = resources.files("lagrange_cli.pages") / "player/drawing.js"
+    ask = """
+    let at;
+    const painter = { widthOf: () => 38, text: (words, place) => { at = place; } };
+    const stage = { bodies: [{ name: 'upper' }, {}], links: [{ ends: [0, 1] }] };
+    drawNames(painter, stage, [[0, 0], ROD], 'black');
+    console.log(JSON.stringify(at));
+    """
+    text = script.read_text(encoding="utf-8") + ask.replace("ROD", json.dumps(rod))
+    done = subprocess.run([node, "-e", text], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == corner
 
 
 def test_a_page_prints_without_controls_and_distortion(pages):

@@ -84,6 +84,41 @@ async function inAnotherTab(browser, page, finished) {
   return { both, twins };
 }
 
+/** How far bodies are beyond the drawing, in pixels, while a motion of larger parameters is shown. */
+async function enlarged(page, finished) {
+  await page.evaluate(() => {
+    for (const range of document.querySelectorAll('#parameters input[type="range"]')) {
+      range.value = range.max;
+      range.dispatchEvent(new Event('input'));
+    }
+  });
+  await finished(page);
+  return page.evaluate(async () => {
+    const time = document.getElementById('time');
+    const { clientWidth: width, clientHeight: height } = document.getElementById('drawing');
+    let beyond = -Infinity;
+    for (let k = 0; k <= 10; ++k) {
+      time.value = (k / 10) * Number(time.max);
+      time.dispatchEvent(new Event('input'));
+      await new Promise((done) => { setTimeout(done, 50); });
+      const pixels = globalThis.lagrangePage.pixels();
+      beyond = Math.max(beyond, ...pixels.flatMap(([x, y]) => [-x, -y, x - width, y - height]));
+    }
+    return beyond;
+  });
+}
+
+/** What is said of a motion at the scene's own settings that lasts longer than the simulated one. */
+async function lengthened(page, finished) {
+  await page.click('#reset');
+  await page.$eval('#until', (until) => {
+    until.value = 2 * Number(until.value);
+    until.dispatchEvent(new Event('change'));
+  });
+  await finished(page);
+  return page.$eval('#difference', (element) => element.textContent);
+}
+
 /** Shapes of canvases on paper and in their memory, and what is left out. */
 async function onPaper(page) {
   await page.emulateMediaType('print');
@@ -108,5 +143,8 @@ export async function used(browser, page, finished) {
   const spoken = await announcements(page);
   const mouse = await byMouse(page, finished);
   const address = await inAnotherTab(browser, page, finished);
-  return { read, tabs, keys, spoken, mouse, address, paper: await onPaper(page) };
+  const paper = await onPaper(page);
+  const beyond = await enlarged(page, finished);
+  const longer = await lengthened(page, finished);
+  return { read, tabs, keys, spoken, mouse, address, paper, beyond, longer };
 }

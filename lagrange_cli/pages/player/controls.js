@@ -206,6 +206,7 @@ requestAnimationFrame(frame);
 
 /** What the page shows, for whoever drives it. */
 globalThis.lagrangePage = {
+  drift: driftPoints,
   pixels: () => data.stage.bodies.flatMap(({ kind }, k) => (kind === 'mass' ? [camera.pixel(view.places[k])] : [])),
   state: () => ({
     t: view.t,

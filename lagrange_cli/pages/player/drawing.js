@@ -328,8 +328,9 @@ function drawState(painter, camera, stage, { t, y, p }, colour, isNamed) {
   return places;
 }
 
-/** Where a name may stand from its body: right or left of it, above or below. */
+/** Where a name may stand from its body: right or left of it, above or below; and how far it reaches up or down. */
 const CORNERS = [[9, -9], [9, 19], [-9, -9], [-9, 19]];
+const NAME_REACH = 22;
 
 /** Write names beside bodies, each at a corner where no line and no other name stands; else not at all. */
 function drawNames(painter, { bodies, links }, pixels, colour) {
@@ -341,7 +342,7 @@ function drawNames(painter, { bodies, links }, pixels, colour) {
       .map(({ ends: [a, b] }) => pixels[a === k ? b : a].map((x, i) => x - pixels[k][i]));
     const corners = CORNERS.map(([right, below]) => ({
       x: pixels[k][0] + right - (right < 0 ? width : 0), y: pixels[k][1] + below, width,
-      isCrossed: ways.some((way) => isBetween(way, [right + Math.sign(right) * width, below])),
+      isCrossed: ways.some((way) => isBetween(way, [right, below])),
     }));
     const isFree = (a) => taken.every((b) => Math.abs(a.y - b.y) > 13
       || a.x > b.x + b.width || b.x > a.x + a.width);
@@ -352,9 +353,9 @@ function drawNames(painter, { bodies, links }, pixels, colour) {
   });
 }
 
-/** Say whether a line from a body goes through the corner of which an end is given. */
+/** Say whether a line from a body goes where a name begins, at a corner, or flatter than there. */
 function isBetween([x, y], [right, below]) {
-  return x * right > 0 && y * below > 0 && Math.abs(y * right) < 3 * Math.abs(below * x);
+  return x * right > 0 && y * below > 0 && Math.abs(y * right) < NAME_REACH * Math.abs(x);
 }
 
 function linkParts(stage, scene, pixels, camera, colour) {

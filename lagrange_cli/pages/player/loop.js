@@ -36,7 +36,9 @@ let compared = 0;
 // the marks on the curves stand where the picture is.
 let [isStale, isGrown, isMoved, isMarked] = [true, true, true, false];
 
-const isUsual = () => settings.p.every((value, k) => value === usual.p[k])
+/** Say whether there is a simulated motion of the settings, up to their end. */
+const isUsual = () => settings.until <= span[1]
+  && settings.p.every((value, k) => value === usual.p[k])
   && settings.y.every((value, k) => value === usual.y[k]);
 
 function begun(start, tolerance) {
@@ -103,13 +105,16 @@ function curvePoints() {
 
 // -- drawing ------------------------------------------------------------------------------
 
+/** Fit the simulated motion into the drawing, and that of other settings where it is known. */
 function fitCamera() {
   if (!stage) return;
   const sampled = simulatedTimes.filter((_, k) => k % Math.ceil(simulatedTimes.length / 60) === 0);
-  const seen = sampled.map((t, k) => {
+  const simulated = sampled.map((t, k) => {
     const number = simulatedTimes.indexOf(sampled[k]);
     return stage.reach(t, simulatedColumns.map((column) => column[number]), usual.p);
   });
+  const ownTimes = motion && !isUsual() ? evenly(60).filter((t) => t <= motion.reached) : [];
+  const seen = [...simulated, ...ownTimes.map((t) => stage.reach(t, motion.at(t), settings.p))];
   const atStart = stage.scene(span[0], usual.y, usual.p);
   const round = stage.stage.wheels.flatMap((wheel) => stage.wheel(wheel, atStart)[0]);
   const times = [...seen, [...atStart.places, ...round]].map(
@@ -123,6 +128,7 @@ function fitCamera() {
     return kind === 'spring' && data.stage.links.length <= 40
       ? Math.min(14, Math.max(3, Math.round(length / 14))) : 0;
   });
+  isMoved = true;
 }
 
 /** Points of a trace, which is a quarter of the simulated motion long, and most traces. */
@@ -200,17 +206,24 @@ function drawPhase(shownPoints) {
 }
 
 function drawDrift() {
-  // At the ends of steps: between them the dense output is less exact than the steps.
-  const every = Math.max(1, Math.ceil(motion.segments.length / MOST_POINTS));
-  const shownSteps = motion.segments.flatMap((_, k) => (k % every ? [] : [k]));
-  const points = shownSteps.map((k) => [motion.times[k], motion.energyOf(k) - motion.energyOf(0)]);
-  if (points.length) {
-    const end = system.energy(motion.reached, motion.state, motion.p);
-    points.push([motion.reached, end - motion.energyOf(0)]);
-  }
+  const points = driftPoints();
   plot(painters.drift, [{ colour: COLOURS[3], points }]);
   const worst = points.reduce((most, [, value]) => Math.max(most, Math.abs(value)), 0);
   byId('drift-word').textContent = `${words.drift}: |Δ${data.energy}| ≤ ${shortly(worst, 2)}`;
+}
+
+/**
+ * Times and changes of the energy, at the ends of steps: between them the dense output is less exact
+ * than the steps. Where the state jumps, as at an impact, there is a point before and one behind it.
+ */
+function driftPoints() {
+  const every = Math.max(1, Math.ceil(motion.segments.length / MOST_POINTS));
+  const points = motion.segments.flatMap((_, k) => [
+    ...(k % every && !motion.jumps.has(k - 1) ? [] : [[motion.times[k], motion.energyOf(k)]]),
+    ...(motion.jumps.has(k) ? [[motion.times[k + 1], motion.energyBefore(k)]] : []),
+  ]);
+  if (points.length) points.push([motion.reached, system.energy(motion.reached, motion.state, motion.p)]);
+  return points.map(([t, energy]) => [t, energy - motion.energyOf(0)]);
 }
 
 function drawSection() {
@@ -268,7 +281,7 @@ function compute() {
 
 /** Go on as it was simulated, where a body sticks or a state is singular, at the scene's settings. */
 function goOnAsSimulated() {
-  if (!isUsual() || motion.own !== undefined || settings.until > span[1]) return;
+  if (!isUsual() || motion.own !== undefined) return;
   motion.goOnWith(simulatedTimes, simulatedColumns);
   [isStale, isMoved] = [true, true];
 }
@@ -279,6 +292,7 @@ function drawBeside(now, isGrowing, wasMoved) {
   const isRedrawn = isStale || (isGrown && (!isGrowing || now - view.redrawn > REDRAWN));
   if (isRedrawn) {
     drawPlots();
+    if (isGrown && !isGrowing) fitCamera();
     view.redrawn = now;
     [isStale, isGrown] = [false, isGrowing];
   }

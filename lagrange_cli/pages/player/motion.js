@@ -40,6 +40,8 @@ class Motion {
     this.times = [from];
     this.segments = [];
     [this.energies, this.traced] = [[], []];
+    // Segments at whose end the state jumps.
+    this.jumps = new Set();
     this.mode = system.FLIGHT;
     this.bounces = { part: 0, count: 0 };
     const led = system.project ? system.project(from, start, p, this.mode) : Float64Array.from(start);
@@ -243,6 +245,7 @@ class Motion {
   /** Go on behind an event; ever shorter bounces end without restitution. */
   cross({ event, t, y }) {
     this.times.push(t);
+    this.jumps.add(this.segments.length - 1);
     const contacts = this.mode?.length ?? 0;
     if (event >= contacts) {
       this.goOn(t, { mode: this.mode, y: system.change(t, y, this.p, event - contacts) });
@@ -284,6 +287,12 @@ class Motion {
     const [y] = this.segments[number].parts;
     this.energies[number] ??= system.energy(this.times[number], y, this.p);
     return this.energies[number];
+  }
+
+  /** The energy at the end of a segment, before the state jumps there. */
+  energyBefore(number) {
+    const [begin, end] = this.times.slice(number, number + 2);
+    return system.energy(end, dense(this.segments[number], end - begin), this.p);
   }
 }
 
