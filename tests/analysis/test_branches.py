@@ -468,7 +468,17 @@ def test_branches_that_all_but_meet_do_not():
     ],
 )
 def test_a_pitchfork_at_an_end_of_the_range_is_marked(potential, ends, value, number):
-    found = branches(particle(potential), p=ends)
+    check_pitchfork_at_an_end(branches(particle(potential), p=ends), ends, value, number)
+
+
+def test_what_lies_at_the_low_end_of_a_positive_parameter_is_seen():
+    """Its logarithm has a value a little below the end, though the range is many times as wide."""
+    scene = particle("x^4/4 - log(4*s)*x^2/2", parameters=", s: {value: 1, positive: true}")
+    found = branches(scene, s=(0.25, 100))
+    check_pitchfork_at_an_end(found, (0.25, 100), 0.25, 2)
+
+
+def check_pitchfork_at_an_end(found, ends, value, number):
     (mark,) = found.marks
     assert (mark.kind, len(found.branches)) == ("pitchfork", number)
     assert abs(mark.value - value) <= mark.error

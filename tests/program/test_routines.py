@@ -23,6 +23,7 @@ from lagrange_cli.program.lowered.routines.motions import (
 )
 from lagrange_cli.program.lowered.routines.numbers import EPSILON, SMALLEST, power_of_two
 from lagrange_cli.program.lowered.routines.projection import (
+    NEWTON_STEPS,
     coupled_residual,
     is_near,
     lead_positions,
@@ -264,6 +265,31 @@ def test_positions_are_led_to_the_closures(y):
     if done:
         assert abs(math.hypot(*led[:2]) - 1) <= 2.0**-52
         np.testing.assert_allclose(led[:2], [x / size for x in y], atol=1e-15)
+
+
+class Countdown:
+    """Closures that hold after some steps, and not before."""
+
+    def __init__(self, steps):
+        self.steps = steps
+
+    def position_error(self, y, results):
+        results[:] = [float(y[0] < self.steps), 1.0]
+        return True
+
+    def position_reach(self, y, results):
+        results[0] = 1.0
+        return True
+
+    def position_change(self, y, results):
+        results[0] = 1.0
+        return True
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_what_newtons_method_reaches_by_its_last_step_counts(more):
+    closures = Countdown(NEWTON_STEPS + more)
+    assert lead_positions(1, 1, closures, [0.0, 0.0], [0.0] * 2, [0.0], [0.0]) == (not more)
 
 
 def test_a_residual_without_magnitude_has_that_of_the_closures_beside_it():

@@ -8,6 +8,7 @@ import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli.mechanics.contacts import infeasible
 from lagrange_cli.mechanics.proofs.farkas import false_sum
 from tests.mechanics.mechanics_support import derived, generated, refusal
 
@@ -131,6 +132,16 @@ def test_what_is_searched_for_only() -> None:
 )
 def test_where_there_is_room(constraints: str) -> None:
     assert derived(P + f"constraints: {{{constraints}}}\n").system.contacts
+
+
+def test_no_proof_is_sought_where_a_configuration_is_at_hand(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def unneeded(*_: object) -> None:
+        pytest.fail("a proof was sought")
+
+    monkeypatch.setattr(infeasible, "false_sum", unneeded)
+    assert derived(P + "constraints: {shelf: z >= 0}\n").system.contacts
 
 
 @generated
