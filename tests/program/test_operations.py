@@ -31,3 +31,9 @@ def test_derivatives_take_at_most_n_plus_3_right_hand_sides(name):
     derivatives = count_operations(build_jacobian(equations, "state")).total
     assert derivatives > 0
     assert once + derivatives <= (len(equations.system.coordinates) + 3) * once
+
+
+def test_the_mass_matrix_of_a_chain_takes_few_multiplications():
+    """The product m l² of the last particle is formed once, for all slopes of that particle."""
+    equations = load(SYSTEMS / "chains/pendulum_chain.yaml", parameters={"n": 6}).derive().equations
+    assert count_operations(build_program(equations, ["acceleration"])).multiplications <= 121
