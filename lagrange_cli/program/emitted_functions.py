@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.program.kinds import ProgramKind
@@ -42,7 +43,14 @@ def optional_outputs(equations: Equations) -> list[str]:
 
 def program_of(equations: Equations, name: str) -> Program:
     """Return the program of a function of one output; ``rhs`` gives the accelerations."""
-    return build_program(equations, ["acceleration" if name == "rhs" else name])
+    known = _PROGRAMS.setdefault(equations, {})
+    if name not in known:
+        known[name] = build_program(equations, ["acceleration" if name == "rhs" else name])
+    return known[name]
+
+
+#: Programs of functions of one output, by equations and name: each language is written from them.
+_PROGRAMS: WeakKeyDictionary[Equations, dict[str, Program]] = WeakKeyDictionary()
 
 
 #: Function → outputs that it writes, one after the other.

@@ -191,19 +191,6 @@ def build_program(equations: Equations, outputs: Sequence[str], *, loops: bool =
     InternalError
         An expression holds something without counterpart in emitted code.
     """
-    known = _PROGRAMS.setdefault(equations, {})
-    asked = (tuple(outputs), loops)
-    if asked not in known:
-        known[asked] = _built(equations, outputs, loops=loops)
-    return known[asked]
-
-
-#: Programs that were built, by equations, outputs and loops: each language is written from them.
-_PROGRAMS: WeakKeyDictionary[Equations, dict[tuple[tuple[str, ...], bool], Program]]
-_PROGRAMS = WeakKeyDictionary()
-
-
-def _built(equations: Equations, outputs: Sequence[str], *, loops: bool) -> Program:
     require_given(equations.system.functions)
     if loops and is_large_system(equations):
         weighted = weighted_closures(equations, outputs)
