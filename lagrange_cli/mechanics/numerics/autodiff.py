@@ -173,7 +173,7 @@ class DecimalRun:
 
     def gradient(self, seeds: Mapping[int, Decimal]) -> list[Decimal]:
         """Differentiate Σ seed·output by every input; ``seeds`` gives weights by output number."""
-        below = range(len(self.nodes) - 1, self.tape.inputs - 1, -1)
+        below = reversed(range(self.tape.inputs, len(self.nodes)))
         slopes = self._adjoint(seeds, below)
         return [finite(slopes.get(i, _DECIMAL_ZERO)) for i in range(self.tape.inputs)]
 
@@ -186,7 +186,7 @@ class DecimalRun:
             slopes = DecimalRun.gradient(self, {output: Decimal(1)})
             return [(x, _DECIMAL_ZERO) for x in slopes]
         adjoint = {self.tape.outputs[output]: (Decimal(1), _DECIMAL_ZERO)}
-        for i in range(len(self.nodes) - 1, self.tape.inputs - 1, -1):
+        for i in reversed(range(self.tape.inputs, len(self.nodes))):
             bar = adjoint.get(i)
             if bar is not None:
                 self._backward(adjoint, i, bar)
