@@ -99,7 +99,7 @@ def _head(equations: Equations, trajectory: Trajectory, say: Language) -> Iterat
     drawn, samplers = with_held_states(drawn_equations(equations))
     style = STYLE + _resource("page.css")
     scripts = [_system(drawn), _script()]
-    data = _json(_data(drawn, trajectory, labels, say, samplers))
+    data = _json(_data(drawn, trajectory, labels, say, samplers, scripts[0]))
     policy = (
         f"default-src 'none'; script-src {' '.join(map(policy_hash, scripts))}; "
         f"style-src-elem {policy_hash(style)}; style-src-attr 'unsafe-inline'; "
@@ -179,8 +179,10 @@ def _data(
     labels: Labels,
     say: Language,
     samplers: Sequence[dict[str, Any]],
+    module: str,
 ) -> dict[str, Any]:
     system = equations.system
+    sampling = {sampler["every"] for sampler in samplers if sampler["isParameter"]}
     sampled = {system.state_names[k] for sampler in samplers for k, _ in sampler["changes"]}
     held_names = {
         system.state_names[k]
@@ -217,7 +219,10 @@ def _data(
             }
             for state in system.states
         ],
-        "parameters": [_parameter(p, labels) for p in system.parameters],
+        "parameters": [
+            _parameter(p, labels) | {"isRead": k in sampling or _reads(module, k)}
+            for k, p in enumerate(system.parameters)
+        ],
         "samplers": samplers,
         **_drawn(equations, say),
         "simulated": _simulated(trajectory, [state.name for state in system.states]),
@@ -242,6 +247,12 @@ def _parameter(parameter: Parameter, labels: Labels) -> dict[str, Any]:
         "description": printable(parameter.description or ""),
         "isPositive": parameter.positive,
     }
+
+
+def _reads(module: str, number: int) -> bool:
+    """Say whether an emitted module reads a parameter; one of the start alone moves nothing."""
+    by_name_alone = not re.search(r"\bp(?:\[(?!\d+\])|\.\w)", module)
+    return not by_name_alone or f" p[{number}]" in module
 
 
 def _unit(labels: Labels, name: str) -> str:

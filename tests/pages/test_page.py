@@ -74,6 +74,17 @@ def driven(files: list[Path]) -> list[dict[str, Any]]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+def of_drawing(ask: str) -> Any:
+    """What code of JavaScript prints that follows the page's drawing (:file:`drawing.js`)."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no node")
+    script = resources.files("lagrange_cli.pages") / "player/drawing.js"
+    text = script.read_text(encoding="utf-8") + ask
+    done = subprocess.run([node, "-e", text], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory) -> dict[str, dict[str, Any]]:
     """Name → what the browser found on the page of a scene."""
@@ -221,10 +232,6 @@ def test_a_longer_motion_is_compared_with_a_finer_run(pages):
 )
 def test_a_name_stands_beside_a_rod(rod, corner):
     """A rod that goes up to the right leaves the name the place below it."""
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no node")
-    script = resources.files("lagrange_cli.pages") / "player/drawing.js"
     ask = """
     let at;
     const painter = { widthOf: () => 38, text: (words, place) => { at = place; } };
@@ -232,9 +239,16 @@ def test_a_name_stands_beside_a_rod(rod, corner):
     drawNames(painter, stage, [[0, 0], ROD], 'black');
     console.log(JSON.stringify(at));
     """
-    text = script.read_text(encoding="utf-8") + ask.replace("ROD", json.dumps(rod))
-    done = subprocess.run([node, "-e", text], capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout) == corner
+    assert of_drawing(ask.replace("ROD", json.dumps(rod))) == corner
+
+
+@pytest.mark.parametrize(("kind", "leading"), [("mass", [1]), ("joint", [0, 1])])
+def test_points_have_traces_where_there_are_no_particles(kind, leading):
+    """The tip of a top whose kinetic energy is given draws its nutation."""
+    bodies = [{"kind": "joint", "name": "tip"}, {"kind": kind, "name": "rim"}]
+    bodies.append({"kind": "origin", "name": ""})
+    stage = json.dumps({"bodies": bodies})
+    assert of_drawing(f"console.log(JSON.stringify(new Stage({stage}, []).leading));") == leading
 
 
 def test_a_page_prints_without_controls_and_distortion(pages):
@@ -259,6 +273,14 @@ def test_a_policy_stands_in_the_page():
     assert "unsafe-eval" not in policy
     assert "unsafe-inline" not in policy.replace("style-src-attr 'unsafe-inline'", "")
     assert not re.search(r'(?:src|href)="', text)
+
+
+def test_each_slider_of_a_parameter_acts():
+    """Height and speed of the throw are the start's: its own sliders have them."""
+    text = load(SYSTEMS / "contact/bouncing_ball.yaml").derive().page()
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
+    acting = {parameter["name"]: parameter["isRead"] for parameter in data["parameters"]}
+    assert acting == {"m": True, "g": True, "h": False, "u": False, "e": True}
 
 
 def test_a_page_is_small():

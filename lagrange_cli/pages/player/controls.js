@@ -7,10 +7,10 @@ function pixelOf(event) {
 
 function nearestBody(pixel) {
   let best = null;
-  data.stage.bodies.forEach(({ kind }, k) => {
+  stage.leading.forEach((k) => {
     const [x, y] = camera.pixel(view.places[k]);
     const distance = Math.hypot(x - pixel[0], y - pixel[1]);
-    if (kind === 'mass' && distance < 18 && distance < (best?.distance ?? Infinity)) {
+    if (distance < 18 && distance < (best?.distance ?? Infinity)) {
       best = { body: k, distance };
     }
   });
@@ -117,9 +117,10 @@ function fill() {
     mark.append(mathOf(numbers[k]), ' ');
     mark.style.color = COLOURS[place % COLOURS.length];
   });
-  data.parameters.forEach((parameter, k) => slider(
-    byId('parameters'), parameter, 'p', k, rangeOf(usual.p[k], parameter.isPositive),
-  ));
+  data.parameters.forEach((parameter, k) => {
+    if (!parameter.isRead) return;
+    slider(byId('parameters'), parameter, 'p', k, rangeOf(usual.p[k], parameter.isPositive));
+  });
   numbers.forEach((number, k) => {
     if (!number.isHeld) slider(byId('start'), number, 'y', k, startRange(number, k));
   });
@@ -207,7 +208,7 @@ requestAnimationFrame(frame);
 /** What the page shows, for whoever drives it. */
 globalThis.lagrangePage = {
   drift: driftPoints,
-  pixels: () => data.stage.bodies.flatMap(({ kind }, k) => (kind === 'mass' ? [camera.pixel(view.places[k])] : [])),
+  pixels: () => stage.leading.map((k) => camera.pixel(view.places[k])),
   state: () => ({
     t: view.t,
     y: [...motion.at(Math.min(view.t, motion.reached))],

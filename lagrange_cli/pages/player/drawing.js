@@ -11,6 +11,10 @@ class Stage {
     this.stage = stage;
     this.usual = initial;
     this.radius = stage.bodies.length > 60 ? 3 : BODY;
+    const numbered = (isOne) => stage.bodies.flatMap((body, k) => (isOne(body) ? [k] : []));
+    const masses = numbered(({ kind }) => kind === 'mass');
+    // What has a trace and is dragged: particles, or the named points of a scene without particles.
+    this.leading = masses.length ? masses : numbered(({ name }) => name);
   }
 
   /**

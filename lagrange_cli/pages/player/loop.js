@@ -135,15 +135,14 @@ function fitCamera() {
 const [TRACE_POINTS, MOST_TRACES] = [240, 12];
 
 function drawTraces(painter) {
-  const masses = data.stage.bodies.flatMap(({ kind }, k) => (kind === 'mass' ? [k] : []));
-  if (masses.length > MOST_TRACES) return;
+  if (stage.leading.length > MOST_TRACES) return;
   const apart = (span[1] - span[0]) / (4 * TRACE_POINTS);
   const until = Math.min(view.t, motion.reached);
   const last = Math.floor((until - span[0]) / apart);
   const first = Math.max(0, last - TRACE_POINTS);
   const lines = Array.from({ length: last - first + 1 }, (_, k) => tracedPlaces(first + k, apart));
   lines.push(stage.places(until, motion.at(until), motion.p));
-  for (const k of masses) {
+  for (const k of stage.leading) {
     painter.line(lines.map((places) => camera.pixel(places[k])), colours.of('trace'), 1);
   }
 }
