@@ -14,6 +14,7 @@ from lagrange_cli.api.values import GivenValues
 from lagrange_cli.errors import InputError, Problem, nearest
 
 if TYPE_CHECKING:
+    from lagrange_cli.drawn import Film
     from lagrange_cli.simulate import Trajectory
     from lagrange_cli.simulate.arrays import Array
     from lagrange_cli.studies.fit.result import Fit
@@ -343,15 +344,17 @@ def path_models(derived: Derived) -> PathModels:
 
 def animate(
     derived: Derived,
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | None = None,
     trajectory: Trajectory | Paths | None = None,
     *,
     speed: float | None = None,
-) -> None:
+) -> Film | None:
     """Write a film as ``.svg``, ``.gif`` or ``.mp4``, or the page of :meth:`page`.
 
     Parameters
     ----------
+    path
+        The file; without one the film is returned, and notebooks play it.
     trajectory
         A motion of these equations, or paths between two ends; by default that of
         :meth:`simulate`.
@@ -378,12 +381,16 @@ def animate(
             (f"{number}: {one.conjugacy.kind}", one.trajectory)
             for number, one in enumerate(trajectory.solutions, 1)
         ]
-    elif ending_of(path) == ".html":
+    elif path is not None and ending_of(path) == ".html":
         write_file(path, page(derived, trajectory).encode("utf-8"))
-        return
+        return None
     else:
         motions = [("", trajectory or simulate(derived))]
-    Film(derived.equations, motions, speed).write(path)
+    film = Film(derived.equations, motions, speed)
+    if path is None:
+        return film
+    film.write(path)
+    return None
 
 
 def page(derived: Derived, trajectory: Trajectory | None = None, *, language: str = "en") -> str:

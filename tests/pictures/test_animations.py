@@ -197,6 +197,7 @@ def test_a_motion_plays_in_notebooks(tmp_path):
     derivation = load(PENDULUM).derive()
     film = derivation.simulate(until=1).animate(speed=2)
     assert film._repr_html_().startswith("<svg")
+    assert derivation.animate(speed=2)._repr_html_().startswith("<svg")
     film.write(tmp_path / "swing.svg")
     assert "0.5s" in (tmp_path / "swing.svg").read_text(encoding="utf-8")
     with pytest.raises(InputError, match="its own parameters"):
