@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).parents[1]
 
@@ -29,6 +30,10 @@ def test_a_slice_of_the_site_is_built(tmp_path: Path) -> None:
     assert 'src="scenes/low_pass_filter.curves.svg"' in front
     assert (tmp_path / "scenes/low_pass_filter.curves.svg").exists()
     assert "<math" in page
+    described = yaml.safe_load((ROOT / "systems/lecture/lever.yaml").read_text(encoding="utf-8"))
+    equations = page.partition('id="equations"')[2].partition('id="code"')[0]
+    assert described["description"].split(".")[0] not in equations
+    assert "<h3></h3>" not in equations
     for name in ("lever.motion.html", "lever.c", "lever.py", "lever.mjs", "lever.rs"):
         assert f'href="{name}"' in page
         assert (tmp_path / "scenes" / name).exists()

@@ -213,7 +213,9 @@ def _mathematics(derivation: Derivation) -> str:
     """Return the derivation in HTML with MathML, as one block of Markdown."""
     html = derivation.show("account", "constraints", "energies", "equations", "conserved")
     text = str(html._repr_html_())
-    body = re.sub(r"<h1>.*?</h1>|<h2>(.*?)</h2>", r"<h3>\1</h3>", text, flags=re.DOTALL)
+    # The page has the title and the description above.
+    sections = re.sub(r"<h1>.*?(?=<section)", "", text, flags=re.DOTALL)
+    body = re.sub(r"<h2>(.*?)</h2>", r"<h3>\1</h3>", sections, flags=re.DOTALL)
     return '<div markdown="0">' + re.sub(r"\n\s*\n", "\n", body) + "</div>"
 
 
