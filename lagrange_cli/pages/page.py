@@ -190,9 +190,7 @@ def _data(
         for k, _ in sampler["changes"][: sampler["held"]]
     }
     return {
-        "name": equations.presentation.name,
         "energy": labels.energy,
-        "isConserved": trajectory.energy_drift is not None,
         "coordinates": [
             {
                 "name": c.name,
@@ -275,8 +273,6 @@ def _simulated(trajectory: Trajectory, states: Sequence[str]) -> dict[str, Any]:
     columns = [trajectory.t, *(trajectory.columns[name] for name in names)]
     return {
         "columns": [_numbers([float(column[k]) for k in sampled]) for column in columns],
-        "estimated": trajectory.estimated,
-        "method": trajectory.method,
         "reason": trajectory.reason,
     }
 

@@ -234,9 +234,7 @@ def _curve(known: Findings, guide: Guide) -> dict[str, Any]:
     """Return a curve with the parameters that it depends on: it is drawn where they are as here."""
     return {
         "points": [_numbers(place) for place in guide.curve.points],
-        "closed": guide.curve.closed,
         "parameters": _shaping(known, guide),
-        "outside": None if guide.outside is None else _numbers(guide.outside),
     }
 
 
