@@ -11,6 +11,7 @@ from lagrange_cli.check.model import edits_at
 from lagrange_cli.errors import Edit, InputError, Mark, Problem, nearest
 from lagrange_cli.mechanics import interpret
 from lagrange_cli.mechanics.equations import Equations
+from lagrange_cli.mechanics.symbols.inputs import closed_loop
 from lagrange_cli.notation.scene_language import to_scene_language
 from lagrange_cli.scene.conditions import EquilibriumExpectation, Expect
 from lagrange_cli.scene.language.expression import Expression
@@ -195,8 +196,11 @@ def _places(point: Equilibrium, equations: Equations) -> dict[str, float]:
 
 
 def _placed(equations: Equations) -> dict[str, Symbol]:
-    """Return the symbols of the numbers of an equilibrium by name: coordinates, then states."""
-    system = equations.system
+    """Return the symbols of the numbers of an equilibrium by name: coordinates, then states.
+
+    What controllers hold are states of their loop.
+    """
+    system = closed_loop(equations).system
     symbols = {c.name: c.q for c in system.coordinates}
     return symbols | {state.name: state.symbol for state in system.states}
 

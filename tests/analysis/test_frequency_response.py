@@ -127,6 +127,18 @@ def test_without_a_spring_the_static_gain_is_infinite():
     assert found.channels[1].static == pytest.approx(1 / 0.4, rel=1e-12)
 
 
+def test_masses_without_springs_integrate_what_pushes_them():
+    """A has no pole but 0: ẋ = u/(iω), a static gain that is infinite; y is not moved."""
+    found = responses(
+        "coordinates: [x, y]\nkinetic: {k: (dot(x)^2 + dot(y)^2)/2}\ninputs: {u: 0}\n"
+        "forces: {push: {on: x, force: u}}\noutputs: {a: dot(x), b: dot(y)}\n"
+    )
+    assert [(channel.output, channel.static) for channel in found.channels] == [("a", None)]
+    pushed, other = found.gains[:, :, 0].T
+    assert pushed == pytest.approx(1 / (1j * found.frequencies), rel=1e-12)
+    assert not other.any()
+
+
 @pytest.mark.filterwarnings("ignore::scipy.signal.BadCoefficients")
 @pytest.mark.parametrize("at", ["0", "pi"])
 def test_a_cart_agrees_with_scipy_and_python_control(at):

@@ -101,3 +101,10 @@ def test_gains_beyond_the_circle_are_unstable():
     text = PID.replace("P: 30", "P: 300").replace("max(-8, min(8, ", "").replace("/h))", "/h")
     report = loads(text).derive().analyze("equilibria").report()
     assert {point["stability"] for point in report["equilibria"]} == {"unstable"}
+
+
+def test_motions_that_grow_beyond_doubles_between_samples_are_refused():
+    text = PID.replace("h: 0.05, w: 0.5", "h: 1e4, w: 2.8")
+    analysis = loads(text).derive().analyze("equilibria")
+    reasons = [point.stability.reason for point in analysis.equilibria.points]
+    assert "numbers of the sampled loop are beyond double precision" in map(str, reasons)

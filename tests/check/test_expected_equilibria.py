@@ -111,3 +111,18 @@ def test_the_hint_has_the_law(tmp_path):
     path.write_text(f"{LEVER}expect: {{equilibrium: m = F}}\n")
     (problem,) = check_scene(str(path)).problems
     assert "theta any where m*g*a = b*F" in problem.hint
+
+
+def test_what_a_controller_holds_has_a_value_at_rest(tmp_path):
+    """θ = 1/2 is held by m g l sin θ, which is what the controller sets."""
+    scene = PENDULUM.replace(
+        "initial: {theta: 0.1}",
+        """\
+inputs: {tau: {}}
+forces: {motor: {on: theta, force: tau}}
+controllers: {every: 0.01, hold: {tau: 3*g*l*sin(1/2) - 90*(theta - 1/2) - 9*dot(theta)}}
+""",
+    )
+    assert checked(tmp_path, "  equilibria: [{theta: 1/2, tau: 3*g*l*sin(1/2)}]\n", scene) == []
+    messages = checked(tmp_path, "  equilibria: [{theta: 1/2, tau: 0}]\n", scene)
+    assert messages == ["this equilibrium is not found"]

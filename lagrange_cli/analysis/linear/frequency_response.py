@@ -164,7 +164,8 @@ class _System:
         """Return the size of poles that are zero but for rounding; 0 where A is regular."""
         values = np.linalg.svd(self.a, compute_uv=False)
         least, largest = values.min(initial=np.inf), values.max(initial=0.0)
-        return _ZERO * self.size if least <= _SINGULAR * len(values) * largest else 0.0
+        is_singular = least <= _SINGULAR * len(values) * largest
+        return _ZERO * (self.size or 1.0) if is_singular else 0.0
 
     def _infinite(self, frequency: float, within: float) -> Matrix:
         """Say for which pairs of output and input the poles near iω make the gain infinite."""

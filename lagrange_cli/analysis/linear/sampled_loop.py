@@ -63,8 +63,8 @@ def sampled_loop(system: RestSystem, space: StateSpace) -> SampledLoop:
     Raises
     ------
     InputError
-        A time between samples is not known, or the samples of several controllers do not meet
-        again within many.
+        A time between samples is not known, the samples of several controllers do not meet again
+        within many, or motions grow beyond doubles from one to the next.
     """
     controllers = system.equations.system.controllers
     place = {name: k for k, name in enumerate(space.states)}
@@ -87,6 +87,9 @@ def sampled_loop(system: RestSystem, space: StateSpace) -> SampledLoop:
         jump = np.eye(len(rates))
         jump[due] += space.a[due]
         step, before = jump @ step, time
+    if not np.isfinite(step).all():
+        message = Phrase("numbers of the sampled loop are beyond double precision")
+        raise InputError(Problem(message, rule="analysis-doubles"))
     poles = scipy.linalg.eigvals(step)
     plant = _plant(system, space)
     flow = scipy.linalg.expm(rates * float(whole))
