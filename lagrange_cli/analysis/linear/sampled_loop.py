@@ -57,6 +57,7 @@ def resting_loop(equations: Equations) -> Equations:
     return replace(equations, system=replace(system, states=states))
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def sampled_loop(system: RestSystem, space: StateSpace) -> SampledLoop:
     """Step the linear system of a :func:`resting_loop` from sample to sample.
 
