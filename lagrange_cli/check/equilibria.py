@@ -198,11 +198,11 @@ def _places(point: Equilibrium, equations: Equations) -> dict[str, float]:
 def _placed(equations: Equations) -> dict[str, Symbol]:
     """Return the symbols of the numbers of an equilibrium by name: coordinates, then states.
 
-    What controllers hold are states of their loop.
+    What controllers hold are states of their loop; states with two values are held.
     """
     system = closed_loop(equations).system
     symbols = {c.name: c.q for c in system.coordinates}
-    return symbols | {state.name: state.symbol for state in system.states}
+    return symbols | {state.name: state.symbol for state in system.states if not state.switch}
 
 
 def _agrees(

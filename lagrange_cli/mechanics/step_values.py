@@ -219,13 +219,17 @@ class CoordinateSteps:
         return sympy.Add(*(coefficient * factor for coefficient, factor in self.terms))
 
     def ungathered_terms(
-        self, speeds: Collection[Symbol], accelerations: Collection[Symbol], force: Expr
+        self,
+        speeds: Collection[Symbol],
+        accelerations: Collection[Symbol],
+        multipliers: Collection[Symbol],
+        force: Expr,
     ) -> tuple[tuple[Expr, Expr], ...]:
         """Terms of d/dt ∂L/∂v − ∂L/∂q + ∂D/∂v − Q as its parts have them, before like ones are
         collected; none if the rate of the momentum and ∂L/∂q share no product of ``speeds``.
 
-        ``force``: the generalized force Q. Terms with ``accelerations`` and multipliers are those
-        of the equation.
+        ``force``: the generalized force Q. Terms with ``accelerations`` and ``multipliers`` are
+        those of the equation.
         """
         import sympy
 
@@ -239,9 +243,8 @@ class CoordinateSteps:
             return ()
         forces = _split((*add(self.drag), *(-e for e in add(force))), speeds)
         pairs = sorted((*rates, *slopes, *forces), key=lambda pair: pair[1] == 1)
-        known = {*speeds, *accelerations}
         inertia = (pair for pair in self.terms if pair[1] in accelerations)
-        pushes = (pair for pair in self.terms if not pair[1].free_symbols <= known)
+        pushes = (pair for pair in self.terms if pair[1].free_symbols & {*multipliers})
         return (*inertia, *pairs, *pushes)
 
 

@@ -126,3 +126,17 @@ controllers: {every: 0.01, hold: {tau: 3*g*l*sin(1/2) - 90*(theta - 1/2) - 9*dot
     assert checked(tmp_path, "  equilibria: [{theta: 1/2, tau: 3*g*l*sin(1/2)}]\n", scene) == []
     messages = checked(tmp_path, "  equilibria: [{theta: 1/2, tau: 0}]\n", scene)
     assert messages == ["this equilibrium is not found"]
+
+
+def test_states_with_two_values_are_no_numbers_of_an_equilibrium(tmp_path):
+    scene = """\
+coordinates: [x]
+kinetic: {block: dot(x)^2/2}
+states: {r: {on: x <= -1, off: x >= 1}}
+forces: {push: {on: x, force: 2*r - x}}
+initial: {x: 0, r: 0}
+"""
+    assert checked(tmp_path, "  equilibria: [{x: 0}]\n", scene) == []
+    assert checked(tmp_path, "  equilibria: [{x: 1/2}]\n", scene) == [
+        "this equilibrium is not found"
+    ]

@@ -277,6 +277,7 @@ class _StepsCheck:
         yield system.energy, tapes.energy_function(seen)[0]
         speeds = [c.v for c in system.coordinates]
         accelerations = [c.a for c in system.coordinates]
+        multipliers = [closure.multiplier for closure in system.closures]
         for j, steps in enumerate(self.steps.coordinates):
             yield steps.momentum, momenta[j][0]
             yield steps.momentum_rate, momenta[j][1]
@@ -287,7 +288,7 @@ class _StepsCheck:
             lacking = sum(derived, -forcing[j] - sum(pushes[j], _ZERO))
             lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j] - sum(pushes[j], _ZERO)
             force = self.steps.generalized_force(system.coordinates[j].q)
-            terms = steps.ungathered_terms(speeds, accelerations, force)
+            terms = steps.ungathered_terms(speeds, accelerations, multipliers, force)
             residuals = [steps.residual, shown.residual * shown.divided_by]
             if terms:
                 residuals.append(sp.Add(*(c * f for c, f in terms)))

@@ -250,3 +250,27 @@ def test_nothing_of_steps_is_loaded_unless_they_are_asked_for() -> None:
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(run.stdout.split()) == {f"lagrange_cli.report.{name}" for name in SHARED}
+
+
+@pytest.mark.parametrize("way", ["lagrange", "dalembert"])
+def test_a_force_that_is_a_product_is_counted_once_before_like_terms_are_collected(way):
+    """The factor q1 of a force is no multiplier."""
+    scene = """
+parameters: {m: 1.5, l: 0.7, g: 9.81}
+particles:
+  a: {mass: m, position: [l*sin(q1), 0, -l*cos(q1)]}
+  b: {mass: m, position: [l*sin(q1) + l*sin(q2), 0, -l*cos(q1) - l*cos(q2)]}
+coordinates: [q1, q2]
+forces: {drive: {on: q2, force: q1*(dot(q2) - g)}}
+"""
+    equations = derive(read_text(scene), steps=way)
+    steps = equations.derivation.steps
+    assert steps is not None
+    assert steps.states == 8
+    coordinates = equations.system.coordinates
+    speeds, accelerations = [c.v for c in coordinates], [c.a for c in coordinates]
+    force = steps.generalized_force(coordinates[1].q)
+    terms = steps.coordinates[1].ungathered_terms(speeds, accelerations, [], force)
+    assert len(terms) == 7
+    whole = sp.Add(*(coefficient * factor for coefficient, factor in terms))
+    assert sp.expand(whole - steps.coordinates[1].residual) == 0
