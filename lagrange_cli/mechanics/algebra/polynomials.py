@@ -208,7 +208,10 @@ def _has_small_numbers(part: sp.Expr) -> bool:
     if part.is_Pow and part.exp.is_Rational:
         return bool(max(abs(part.exp.p), part.exp.q) <= _DEGREE)
     if part.func is sp.exp:
-        # exp(n u) is the unknown exp(u) to the power n.
-        factors = (term.as_coeff_Mul()[0] for term in sp.Add.make_args(part.args[0]))
+        # exp(n u) is the unknown exp(u) to the power n; exponents are multiplied out.
+        exponents = expand_terms(part.args[0], _UNKNOWNS)
+        if exponents is None:
+            return False
+        factors = (term.as_coeff_Mul()[0] for term in exponents)
         return all(f.is_Rational and max(abs(f.p), f.q) <= _DEGREE for f in factors)
     return True

@@ -38,3 +38,12 @@ def test_what_is_left_alone_has_no_factors(seed, monkeypatch):
             left_alone += 1
             assert factor(expr) == expr == form
     assert left_alone > 3
+
+
+def test_exponents_that_multiply_out_to_high_powers_are_left_alone():
+    """e^((y + 1)²⁰) would be a product of powers of exponentials, of degrees up to 184,756."""
+    steep = 2 * x + sp.exp(x - (y + 1) ** 20)
+    assert factored_form(steep) is steep
+    # Of low powers they are unknowns like others.
+    apart = sp.exp(x + y) + sp.exp(x + z)
+    assert factored_form(apart) == sp.exp(x) * (sp.exp(y) + sp.exp(z))
