@@ -277,7 +277,7 @@ class _StepsCheck:
         yield system.energy, tapes.energy_function(seen)[0]
         speeds = [c.v for c in system.coordinates]
         accelerations = [c.a for c in system.coordinates]
-        multipliers = [closure.multiplier for closure in system.closures]
+        multipliers = [closure.multiplier for closure in system.pushing]
         for j, steps in enumerate(self.steps.coordinates):
             yield steps.momentum, momenta[j][0]
             yield steps.momentum_rate, momenta[j][1]

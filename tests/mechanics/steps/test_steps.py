@@ -274,3 +274,16 @@ forces: {drive: {on: q2, force: q1*(dot(q2) - g)}}
     assert len(terms) == 7
     whole = sp.Add(*(coefficient * factor for coefficient, factor in terms))
     assert sp.expand(whole - steps.coordinates[1].residual) == 0
+
+
+@pytest.mark.parametrize("way", ["lagrange", "dalembert"])
+def test_the_push_of_a_contact_is_a_term_before_like_terms_are_collected(way):
+    scene = """
+coordinates: [x]
+kinetic: {bead: (2 + cos(x))*dot(x)^2/2}
+constraints: {floor: x >= -1}
+initial: {x: 0}
+"""
+    steps = derive(read_text(scene), steps=way).derivation.steps
+    assert steps is not None
+    assert steps.states == 8

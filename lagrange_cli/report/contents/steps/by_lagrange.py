@@ -104,7 +104,7 @@ def _coordinate(writer: StepsWriter, number: int) -> Iterator[Part]:
     coordinates = writer.equations.system.coordinates
     speeds, accelerations = [c.v for c in coordinates], [c.a for c in coordinates]
     force = writer.steps.generalized_force(coordinate.q)
-    multipliers = [c.multiplier for c in writer.equations.system.closures]
+    multipliers = [c.multiplier for c in writer.equations.system.pushing]
     terms = steps.ungathered_terms(speeds, accelerations, multipliers, force)
     if terms:
         shown = replace(writer.equations.derivation.shown[number], terms=terms)
