@@ -299,6 +299,7 @@ def _words(say: Language) -> dict[str, str]:
         "phase": say("Phase portrait"),
         "section": say("Poincaré section"),
         "sectionOf": say("where this coordinate passes its value upwards"),
+        "noPassages": say("no passage so far"),
         "sectionAt": say("Value of the coordinate in the section"),
         "rateOf": say("rate of {name}", name="{name}"),
         "keys": say("Space plays and pauses, arrow keys step, Home returns to the start."),

@@ -233,7 +233,7 @@ function drawSection() {
   const crossed = Number(byId('section-of').value);
   const other = count > 1 ? (crossed + 1) % count : crossed;
   const points = passages(motion, crossed, Number(byId('section-at').value), [other, count + other]);
-  plot(painter, [{ colour: COLOURS[2], points }], { isDotted: true });
+  plot(painter, [{ colour: COLOURS[2], points }], { isDotted: true, empty: words.noPassages });
 }
 
 /** Numbers of a state whose curves are drawn: coordinates, then states of first order. */

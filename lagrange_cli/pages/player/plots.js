@@ -13,12 +13,13 @@ function shortly(value, digits = 4) {
 
 const SUPERSCRIPTS = Object.fromEntries([...'-0123456789'].map((sign, k) => [sign, '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'[k]]));
 
-/** Draw curves of points into a painter, with a frame and the ranges of both axes. */
-function plot(painter, curves, { isDotted = false } = {}) {
+/** Draw curves of points into a painter, with a frame and the ranges of both axes, or say why not. */
+function plot(painter, curves, { isDotted = false, empty = '' } = {}) {
   painter.clear();
   const points = curves.flatMap((curve) => curve.points).filter(isFinitePoint);
   painter.place = points.length ? placed(painter, points) : null;
   if (points.length) drawCurves(painter, curves, isDotted);
+  else painter.text(empty, [painter.width / 2, painter.height / 2], colours.of('ink'), 'center');
   painter.keep();
 }
 
@@ -38,7 +39,7 @@ function placed(painter, points) {
   const low = [0, 1].map((k) => points.reduce((least, q) => Math.min(least, q[k]), Infinity));
   const high = [0, 1].map((k) => points.reduce((most, q) => Math.max(most, q[k]), -Infinity));
   const spread = [0, 1].map((k) => high[k] - low[k] || Math.abs(high[k]) || 1);
-  const frame = [76, 10, painter.width - 10, painter.height - 24];
+  const frame = [84, 10, painter.width - 10, painter.height - 24];
   const [left, top, right, bottom] = frame;
   const place = ([x, y]) => [
     left + ((x - low[0]) / spread[0]) * (right - left),
