@@ -43,8 +43,8 @@ VALUES = {
     *(Report, Section, Shown, Stress, Trade, Trajectory),
 }
 
-#: Returned, and not shown.
-PARTS = {"Model", "Package", "PathModels"}
+#: Returned, and shown by no report: films play.
+PARTS = {"Film | None", "Model", "Package", "PathModels"}
 
 
 class Page:
