@@ -278,10 +278,18 @@ def constant_decimal(expr: sp.Expr, digits: int) -> Decimal:
     """Evaluate a number to the precision of the current context.
 
     ``digits`` is that precision, which distinguishes kept values.
+
+    Raises
+    ------
+    DomainError
+        It is no real number, as sin ∞.
     """
     if expr.is_Rational:
         return Decimal(int(expr.p)) / Decimal(int(expr.q))
-    return to_decimal(mpf(expr.evalf(digits + 5)))
+    value = expr.evalf(digits + 5)
+    if not (value.is_Float or value.is_Rational):
+        raise DomainError
+    return to_decimal(mpf(value))
 
 
 def _slope(x: Mpf) -> Decimal:

@@ -273,3 +273,10 @@ def test_a_deep_expression_needs_no_deep_stack() -> None:
 def test_an_unknown_function_is_an_internal_error() -> None:
     with pytest.raises(InternalError):
         Tape([sp.besselj(0, x)], [x])
+
+
+def test_constants_that_are_no_real_numbers_have_no_value():
+    x = sp.Symbol("x", real=True)
+    for constant in (sp.sin(sp.oo), sp.zoo, sp.sqrt(-2)):
+        with pytest.raises(DomainError):
+            evaluate([sp.Mul(constant, x, evaluate=False)], {x: mpf(1)})
