@@ -253,14 +253,16 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
     """
     system = problem.sought
     forms = closed_forms(system) or ClosedForms((), (), False)
-    points, outcome = list(forms.points), SearchResult([], (), 0)
+    release = Release(system, usual_length(system))
+    exact = [
+        p
+        for p in forms.points
+        if p.conditions or p.position is None or not release.moves(p.position)
+    ]
+    points, outcome = exact, SearchResult([], (), 0)
     if not forms.complete and not (system.missing and points):
         outcome = search(system)
-        points = with_exact(system, forms.points, outcome)
-    release = Release(system, usual_length(system))
-    points = [
-        p for p in points if p.conditions or p.position is None or not release.moves(p.position)
-    ]
+        points = with_exact(system, exact, outcome)
     different = problem.completed(without_repeats(system, _ordered(system, points, outcome)))
     judged = tuple(replace(p, stability=_stability(problem, p)) for p in different)
     complete = forms.complete and not system.jumps

@@ -175,7 +175,8 @@ def _require_processes(scenes: Sequence[str], limits: Limits, cluster: Cluster |
         hint = "limits are of processes of this machine, which check files"
         raise InputError(Problem(f"a check on {place} has no limits", hint=hint, rule="limit"))
     if limits.memory is not None and sys.platform in _UNLIMITED:
-        raise InputError(Problem("this system limits the memory of no process", rule="limit"))
+        message = "this system limits the memory of no process"
+        raise InputError(Problem(message, hint="leave --memory out", rule="limit"))
 
 
 def _in_processes(

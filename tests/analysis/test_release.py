@@ -44,3 +44,30 @@ def test_a_pendulum_rests_at_its_poles_unless_wind_blows():
     windy = found(still.replace("potentials:", "potentials:\n  wind: -3*x"))
     tilt = math.atan(3 / 9.81)
     assert {round(abs(math.sin(p.position[0])), 9) for p in windy} == {round(math.sin(tilt), 9)}
+
+
+#: A top by a quaternion, whose mass matrix over four numbers never has the rank four.
+TOP = """
+parameters: {m: 0.2, h: 0.05, A: 8e-4, C: 2e-4, g: 9.81}
+bodies:
+  top: {turn: {quaternion: [q0, q1, q2, q3]}, mass: m, centre: [0, 0, h],
+    inertia: {about: origin, moments: [A, A, C]}}
+coordinates: [q0, q1, q2, q3]
+potentials: {weight: {gravity: g}}
+initial: {q0: 1, q1: 0, q2: 0, q3: 0}
+"""
+
+
+def test_a_mass_matrix_that_is_singular_everywhere_excludes_nothing():
+    heights = {round(float(p.position[0] ** 2 + p.position[3] ** 2), 9) for p in found(TOP)}
+    assert heights == {0, 1}
+
+
+@pytest.mark.parametrize("potential", ["abs(r)", "abs(r*cos(phi)) + r^2"])
+def test_forces_with_kinks_exclude_nothing(potential):
+    """The apex of a cone is a minimum, though its slope is the same at every distance."""
+    (apex,) = found(
+        "coordinates: [r, phi]\nkinetic: {bead: (dot(r)^2 + r^2*dot(phi)^2)/2}\n"
+        f"potentials: {{cone: {potential}}}\n"
+    )
+    assert apex.position[0] == 0

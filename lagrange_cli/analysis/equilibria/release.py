@@ -49,14 +49,19 @@ class Release:
     def moves(self, position: Sequence[Mpf | float]) -> bool:
         """Say whether a system moves off beside a position at which coordinates are singular.
 
-        False at regular positions, of steady motions, and where states of first order change by
-        themselves.
+        False at positions that are as regular as the start, of steady motions, where states of
+        first order change by themselves, and where forces have kinks: they are not continuous.
         """
-        if self._system.states or self._system.free_to_give:
+        system = self._system
+        if (
+            system.states
+            or system.free_to_give
+            or system.kinks
+            or not self._is_regular(self._start)
+        ):
             return False
         place = np.array([float(x) for x in position])
-        mass = self._masses(place)
-        if not np.isfinite(mass).all() or np.linalg.cond(mass) < _SINGULAR:
+        if self._is_regular(place):
             return False
         far, near = (
             min(self._acceleration(place + step * way) for way in self._ways) for step in _DISTANCES
@@ -64,9 +69,19 @@ class Release:
         return near > max(_STAYING * self._usual, far / 2)
 
     @cached_property
+    def _start(self) -> Matrix:
+        """A place beside the start, which may be singular itself."""
+        start: Matrix = np.array([float(x) for x in self._system.start])
+        return np.asarray(start + self._ways[0])
+
+    @cached_property
     def _usual(self) -> float:
-        start = np.array([float(x) for x in self._system.start])
-        return max(self._acceleration(start + way) for way in self._ways)
+        return max(self._acceleration(self._start + way) for way in self._ways)
+
+    def _is_regular(self, position: Matrix) -> bool:
+        """Say whether M has its rank, or no value; of the parts of a quaternion it never has."""
+        mass = self._masses(position)
+        return not np.isfinite(mass).all() or bool(np.linalg.cond(mass) < _SINGULAR)
 
     def _masses(self, position: Matrix) -> Matrix:
         """Evaluate the mass matrix; not a number where it has no value."""

@@ -22,6 +22,7 @@ from lagrange_cli.analysis.forms.certificate import Evaluated, Pair, State, cert
 from lagrange_cli.errors import InputError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.polynomials import cancelled
+from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries
@@ -273,7 +274,7 @@ def _without(matrix: sp.Matrix, symbols: Collection[sp.Symbol]) -> sp.Matrix:
     for value in (sp.S.Zero, sp.S.One):
         place = dict.fromkeys(symbols, value)
         written = matrix.xreplace(place)
-        if not written.has(sp.zoo, sp.nan, sp.oo):
+        if all(map(has_value, written)):
             return written
     return matrix
 

@@ -90,7 +90,8 @@ def sampled_loop(system: RestSystem, space: StateSpace) -> SampledLoop:
         step, before = jump @ step, time
     if not np.isfinite(step).all():
         message = Phrase("numbers of the sampled loop are beyond double precision")
-        raise InputError(Problem(message, rule="analysis-doubles"))
+        hint = "shorter times between samples let motions grow less from one to the next"
+        raise InputError(Problem(message, hint=hint, rule="analysis-doubles"))
     poles = scipy.linalg.eigvals(step)
     plant = _plant(system, space)
     flow = scipy.linalg.expm(rates * float(whole))
