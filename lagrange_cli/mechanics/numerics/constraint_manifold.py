@@ -53,6 +53,10 @@ _PATIENCE = 25
 _PROGRESS = Decimal("0.75")
 #: Length of a step at which the method stops in that case.
 _SLOW = Decimal("1e-12")
+#: Most corrections of velocities, and the part of a velocity below which what a correction leaves
+#: of it has lost the digits of reserve: a wheel of 1e114 metres turns by 1e-114 of its drawn rate.
+_CORRECTIONS = 8
+_CANCELLED = Decimal("1e-20")
 #: Number of equations above which points are first approached in doubles.
 _LARGE = 64
 #: Length of a step at which that approach ends.
@@ -377,11 +381,15 @@ class Manifold:
     def tangent(self, point: _Point) -> dict[sp.Symbol, mpf]:
         """Change velocities by the least amount that satisfies every equation."""
         with in_decimals():
-            start, still = numbers_as_decimals(point), [_ZERO] * len(self.q)
-            levels, _, gradients = self.motion_in_decimals(start, still)
-            changes = least_norm_solution(gradients, levels, self._units)
-            moved = {w: start[w] - x for w, x in zip(self.v, changes, strict=True)}
-            return {**point, **numbers_as_mpf(moved)}
+            moved = numbers_as_decimals(point)
+            for _ in range(_CORRECTIONS):
+                start = moved
+                levels, _, gradients = self.motion_in_decimals(start, [_ZERO] * len(self.q))
+                changes = least_norm_solution(gradients, levels, self._units)
+                moved = start | {w: start[w] - x for w, x in zip(self.v, changes, strict=True)}
+                if all(abs(moved[w]) >= _CANCELLED * abs(start[w]) for w in self.v):
+                    break
+            return {**point, **numbers_as_mpf({w: moved[w] for w in self.v})}
 
 
 def _smallest() -> Decimal:

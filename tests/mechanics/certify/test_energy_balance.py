@@ -42,6 +42,14 @@ RATES = {
         "energy",
         "2*(x - A*t**2)*2*A*t*lambda_rod",
     ),
+    "wheel of 1e114 metres, which turns by 1e-114 of what it rolls": (
+        "name: s\nplane: xy\nparameters: {m: 2, l: 1e114, F: 3}\n"
+        "particles: {b: {mass: m, position: [x, x/2, 0]}}\nkinetic: {turn: m*l^2*dot(a)^2/4}\n"
+        "coordinates: [x, a]\nconstraints: {roll: dot(x) = l*dot(a)}\n"
+        "forces: {push: {on: b, force: [F*x, 0, 0]}, wind: {on: a, force: F}}\n",
+        "energy",
+        "F*x*x_ + F*a_",
+    ),
     "contact that moves": (
         BOB + "constraints: {floor: z >= A*t}\n",
         "energy",
