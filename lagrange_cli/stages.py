@@ -10,6 +10,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from types import CodeType, FunctionType
+from typing import Any, TypeVar, cast
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+#: Code of the functions that are :func:`uninterrupted`.
+UNINTERRUPTED: set[CodeType] = set()
+
+
+def uninterrupted(function: _Function) -> _Function:
+    """Let Ctrl-C and SIGTERM wait for the end of a short function.
+
+    An exception in it would leave something that nobody ends, as a process just started.
+    """
+    UNINTERRUPTED.add(cast(FunctionType, function).__code__)
+    return function
 
 
 def _never() -> bool:

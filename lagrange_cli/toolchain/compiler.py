@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import escape_controls
-from lagrange_cli.stages import announce, is_to_end
+from lagrange_cli.stages import announce, is_to_end, uninterrupted
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -280,6 +280,7 @@ class Compilation:
             longest = max(0.0, self._deadline - self._started)
             raise CompileError(f"{self._compiler.name} took more than {longest:.1f} s")
 
+    @uninterrupted
     def _start(self, options: Sequence[str]) -> Popen[str]:
         import subprocess
 

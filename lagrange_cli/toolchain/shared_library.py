@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cache import Cache, digest, open_cache
 from lagrange_cli.files import remove_abandoned_folders, temporary_folder
+from lagrange_cli.stages import uninterrupted
 from lagrange_cli.toolchain.compiler import (
     COMMON_OPTIONS,
     PROCESSOR_OPTIONS,
@@ -178,6 +179,7 @@ def _begun(stack: ExitStack, key: str) -> Compilation | None:
     return compilation
 
 
+@uninterrupted
 def _start(
     stack: ExitStack,
     compiler: Compiler,

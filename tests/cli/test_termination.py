@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from tests.systems.shipped import SYSTEMS
 
 #: Work that swallows one exception, whatever it is, as extension modules do at their import.
 SWALLOWING = """
@@ -65,3 +69,33 @@ except KeyboardInterrupt:  # click turns it into its own
 def test_an_interrupt_waits_for_the_end_of_an_import() -> None:
     done = subprocess.run([sys.executable, "-c", IMPORTING], capture_output=True, timeout=15)
     assert (done.returncode, done.stderr) == (130, b"")
+
+
+#: Ctrl-C arrives when the compiler runs and nobody knows of it yet.
+STARTING = """
+import os, signal, subprocess, sys
+from lagrange_cli.cli.main import run
+
+class Popen(subprocess.Popen):
+    def __init__(self, command, **options):
+        super().__init__(["sleep", "1000"], **options)
+        os.write(1, b"%d" % self.pid)
+        os.kill(os.getpid(), signal.SIGINT)
+
+subprocess.Popen = Popen
+sys.exit(run(["simulate", sys.argv[1], "-o", "out.csv"]))
+"""
+
+
+def test_a_compiler_ends_if_ctrl_c_comes_as_it_starts(tmp_path: Path) -> None:
+    environment = {**os.environ, "LAGRANGE_CACHE": "off", "PYTHONPATH": os.getcwd()}
+    done = subprocess.run(
+        [sys.executable, "-c", STARTING, SYSTEMS / "pendulums" / "pendulum.yaml"],
+        capture_output=True,
+        cwd=tmp_path,
+        env=environment,
+    )
+    assert (done.returncode, done.stderr.strip()) == (130, b"interrupted")
+    compiler = int(done.stdout)
+    with pytest.raises(ProcessLookupError):
+        os.kill(compiler, 0)

@@ -13,6 +13,8 @@ from importlib.machinery import ExtensionFileLoader
 from types import FrameType
 from typing import Any
 
+from lagrange_cli.stages import UNINTERRUPTED
+
 #: Seconds after which a signal that had no effect is sent again.
 _PAUSE = 0.02
 
@@ -87,12 +89,14 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _is_postponed(number: int, frame: FrameType | None) -> bool:
-    """Send a signal again, a little later, if an extension module is being imported.
+    """Send a signal again, a little later, while an extension module is imported.
 
-    Such modules take every exception for their own meanwhile. Others pass it on.
+    Such modules take every exception for their own meanwhile. Others pass it on. Functions that
+    are ``uninterrupted`` are waited for too.
     """
     while frame is not None:
-        if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):
+        is_import = isinstance(frame.f_locals.get("self"), ExtensionFileLoader)
+        if is_import or frame.f_code in UNINTERRUPTED:
             _send_again(number)
             return True
         frame = frame.f_back
