@@ -9,6 +9,7 @@ branches depend on another name still open stays: a choice would hold in one cha
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
 
@@ -28,6 +29,7 @@ from lagrange_cli.mechanics.elimination.branches import (
 from lagrange_cli.mechanics.elimination.solve_equation import (
     factor_branches,
     linear_parts,
+    linear_solution,
     solutions,
     solves_everywhere,
 )
@@ -239,7 +241,7 @@ class Elimination:
         pivot, unknown, remainder = candidates[self._best([a for a, _, _ in candidates])]
         if not pivot.free_symbols <= self.constants and self._choose_factor(number):
             return self._linear(number, constant_pivot)
-        return unknown, -remainder / pivot
+        return unknown, linear_solution(pivot, remainder)
 
     def _phi(self, number: int) -> sp.Expr:
         left, right = self.pending[number]
@@ -335,16 +337,12 @@ class Elimination:
 
     def _at_reference(self, expressions: Sequence[sp.Expr]) -> list[mpmath.mpf | None]:
         """Evaluate at the reference configuration; None for an unknown or complex value."""
-        numbers: list[mpmath.mpf | None] = []
-        for expr in expressions:
+        numbers: list[mpmath.mpf | None] = [None] * len(expressions)
+        for k, expr in enumerate(expressions):
             point = {s: self.reference[s] for s in expr.free_symbols if s in self.reference}
-            if len(point) < len(expr.free_symbols):
-                numbers.append(None)
-                continue
-            try:
-                numbers.append(evaluate([expr], point)[0])
-            except DomainError:
-                numbers.append(None)
+            if len(point) == len(expr.free_symbols):
+                with suppress(DomainError):
+                    numbers[k] = evaluate([expr], point)[0]
         return numbers
 
     def _branch(self, number: int, unknown: sp.Symbol, branches: list[sp.Expr]) -> sp.Expr:

@@ -50,6 +50,16 @@ def linear_parts(phi: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, sp.Expr] | 
     return powers[1], powers.get(0, sp.Integer(0))
 
 
+def linear_solution(pivot: sp.Expr, remainder: sp.Expr) -> sp.Expr:
+    """Solve pivot·u + remainder = 0, without quotients of quotients.
+
+    u/cos α = a/cos α + b gives a + b cos α.
+    """
+    if sp.fraction(pivot)[1] == 1:
+        return -remainder / pivot
+    return sp.Add(*(-term / pivot for term in sp.Add.make_args(remainder)))
+
+
 def solves_everywhere(pivot: sp.Expr, remainder: sp.Expr, constants: frozenset[sp.Symbol]) -> bool:
     """Say whether u = −remainder/pivot solves pivot·u + remainder = 0 in all states.
 
@@ -81,7 +91,7 @@ def solutions(
     if powers is not None and set(powers) <= {0, 1, 2}:
         a, b, c = (powers.get(k, sp.Integer(0)) for k in (2, 1, 0))
         if a == 0:
-            return [-c / b]
+            return [linear_solution(b, c)]
         if not several:
             return None
         if b == 0:

@@ -68,7 +68,6 @@ from lagrange_cli.mechanics.reduction.velocity_constraints import (
     from_start,
     independent_constraints,
     integrate_constraints,
-    shortened,
 )
 from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.values import (
@@ -257,12 +256,13 @@ def _holds_rate(names: Names, written: _Written) -> bool:
 
 def _levels(reduced: Reduced, equations: Sequence[_Written]) -> list[VelocityConstraint]:
     def side(expression: Expression) -> sp.Expr:
-        resolved = reduced.resolve(reduced.names.convert(expression, reduced.rate))
-        return shortened(resolved) if isinstance(expression, ComposedExpression) else resolved
+        return reduced.resolve(reduced.names.convert(expression, reduced.rate))
 
+    levels = [VelocityConstraint(name, e, side(e.left), side(e.right)) for name, e in equations]
+    composed = (isinstance(x.equation.left, ComposedExpression) for x in levels)
+    velocities = [c.v for c in reduced.coordinates]
     return [
-        VelocityConstraint(name, equation, side(equation.left), side(equation.right))
-        for name, equation in equations
+        x.shortened(velocities) if by_us else x for x, by_us in zip(levels, composed, strict=True)
     ]
 
 

@@ -6,8 +6,8 @@ others are kept as closures ψ(q, v, t) = A v + b = 0.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import sympy as sp
 from mpmath import mpf
@@ -16,6 +16,7 @@ from lagrange_cli.errors import InconsistentError, InputError, Problem
 from lagrange_cli.mechanics.algebra.collect import fewest_terms
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.polynomials import term_count
+from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.elimination.eliminate import StatedEquation
 from lagrange_cli.mechanics.elimination.solve_equation import factor_branches
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
@@ -43,12 +44,6 @@ from lagrange_cli.scene.language.expression import Equation
 #: Most terms that a side of a constraint is multiplied out to, to see which cancel. A ball on a
 #: sphere or a cylinder has fewer.
 _TERM_BUDGET = 200
-
-
-def shortened(side: sp.Expr) -> sp.Expr:
-    """Return a side of a constraint, which nobody wrote, with fewer terms if some cancel."""
-    terms = fewest_terms(side, _TERM_BUDGET)
-    return side if terms is None or len(terms) >= term_count(side) else sp.Add(*terms)
 
 
 @dataclass(frozen=True)
@@ -80,6 +75,25 @@ class VelocityConstraint:
         return ClosureEquation(
             self.constraint, "velocity", self.left, self.right, self.equation.text, place
         )
+
+    def shortened(self, velocities: Collection[sp.Symbol]) -> VelocityConstraint:
+        """Return a constraint that nobody wrote as ψ = 0, with fewer terms if some cancel.
+
+        A coefficient of a velocity is one quotient where that is shorter: sin² α/cos α + cos α of
+        an inclined plane is 1/cos α.
+        """
+        psi = self.psi
+        terms = fewest_terms(psi, _TERM_BUDGET)
+        if terms is None:
+            return self
+        coefficients: dict[sp.Expr, list[sp.Expr]] = {}
+        for term in terms:
+            coefficient, velocity = term.as_independent(*velocities, as_Add=False)
+            coefficients.setdefault(velocity, []).append(coefficient)
+        summands = (v * shortened(sp.Add(*parts)) for v, parts in coefficients.items())
+        psi = psi if len(terms) >= term_count(psi) else sp.Add(*terms)
+        psi = min((psi, sp.Add(*summands)), key=sp.count_ops)
+        return replace(self, left=psi, right=sp.Integer(0))
 
     def form(self, coordinates: Sequence[Coordinate], t: sp.Symbol) -> PfaffianForm:
         """ψ dt = Σ A dq + b dt.

@@ -489,3 +489,25 @@ def test_rates_that_vanish_but_for_rounding_are_no_endless_search() -> None:
     x, y, turn, steering = car.system.initial.velocities
     assert (x, y, steering) == (1, 0, 0)
     assert turn == pytest.approx(math.tan(0.5) / 0.7, rel=1e-14)
+
+
+def test_no_slip_on_an_inclined_plane_that_slides_reads_as_in_books() -> None:
+    """A cylinder on a movable wedge: sin² α/cos α + cos α is written 1/cos α."""
+    equations = (
+        loads("""
+plane: xz
+parameters: {M: 3, m: 1, R: 0.2, alpha: 0.4, g: 9.81}
+frames: {slope: {at: [s, 0, 0], turn: alpha}}
+particles: {wedge: {mass: M, position: [s, 0, 0]}}
+bodies: {cylinder: {at: [x, 0, z], turn: -phi, mass: m, inertia: {disk: R}}}
+constraints: {slope: {roll: cylinder, radius: R, on: {normal: z, on: slope}}}
+coordinates: [s, phi]
+potentials: {weight: {gravity: g}}
+""")
+        .derive()
+        .equations
+    )
+    text = derivation_text(equations)
+    assert "  x = s - s_0 + x_0 + R (φ - φ_0) cos α\n" in text
+    assert "T = ½ (M + m) ṡ² + ¾ m R² φ̇² + m R ṡ φ̇ cos α\n" in text
+    assert "\n  s   (M + m) s̈ + m R φ̈ cos α = 0\n  φ   s̈ cos α + 3/2 R φ̈ + g sin α = 0 " in text
