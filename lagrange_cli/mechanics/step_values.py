@@ -38,6 +38,33 @@ def moment_symbol(body: str, entry: str) -> Symbol:
 
 
 @dataclass(frozen=True)
+class Displacement:
+    """A virtual displacement: of a coordinate, or a small turn of a body that a quaternion turns.
+
+    Attributes
+    ----------
+    name
+        Name of the coordinate or body.
+    axis
+        1, 2 or 3: the axis of the body that it turns about; empty of a coordinate.
+    rates
+        q → its derivative by the displacement; zero ones absent.
+    """
+
+    name: str
+    axis: str
+    rates: tuple[tuple[Symbol, Expr], ...]
+
+    @property
+    def symbol(self) -> Symbol:
+        """The symbol of the displacement."""
+        import sympy
+
+        name = f"phi_{self.axis}({self.name})" if self.axis else self.name
+        return sympy.Symbol(f"delta({name})", real=True)
+
+
+@dataclass(frozen=True)
 class ComponentSteps:
     """A Cartesian name along the motion.
 
@@ -53,6 +80,9 @@ class ComponentSteps:
         Its rates over q, v, t, and over q, v, a, t.
     force
         The applied force along it; zero if a component before has it.
+    slopes
+        Virtual displacement → derivative of the position by it; zero ones absent, and all of them
+        by Lagrange's equations.
     """
 
     name: str
@@ -61,6 +91,7 @@ class ComponentSteps:
     velocity: Expr
     acceleration: Expr
     force: Expr
+    slopes: tuple[tuple[Symbol, Expr], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,6 +113,8 @@ class SpinSteps:
         and their rates, and over q, v, a, t; both over named moments.
     torque
         The applied torque along it.
+    slopes
+        Virtual displacement → the small turn about it, as of :class:`ComponentSteps`.
     """
 
     axis: str
@@ -92,6 +125,7 @@ class SpinSteps:
     law: Expr
     inertia: Expr
     torque: Expr
+    slopes: tuple[tuple[Symbol, Expr], ...] = ()
 
 
 #: Axes along which an angular velocity has its components.
@@ -265,21 +299,42 @@ def _split(terms: Iterable[Expr], speeds: Collection[Symbol]) -> list[tuple[Expr
 class VirtualWork:
     """The coefficient of one −δq in Σ (F − m r̈)·δr + Σ (M − L̇)·δφ, part by part.
 
+    Those of a small turn are over the angular velocity of its body.
+
     Attributes
     ----------
+    displacement
+        The displacement.
     inertia, work
         Σ m r̈·∂r/∂q and Σ F·∂r/∂q.
     turning, torques
         Σ L̇·∂ω/∂v, over named moments, and Σ M·∂ω/∂v.
     coordinates
         Inertia less forces of terms that are written in coordinates and act on no particle.
+    terms
+        Of a small turn pairs of coefficient and factor whose sum vanishes along a motion: these
+        parts and the forces of multipliers together. None of a coordinate, which has an equation.
     """
 
+    displacement: Displacement
     inertia: Expr
     work: Expr
     turning: Expr
     torques: Expr
     coordinates: Expr
+    terms: tuple[tuple[Expr, Expr], ...] = ()
+
+    @property
+    def coefficient(self) -> Expr:
+        """The sum of the parts."""
+        return self.inertia - self.work + self.turning - self.torques + self.coordinates
+
+    @property
+    def whole(self) -> Expr:
+        """The sum of the terms of a small turn."""
+        import sympy
+
+        return sympy.Add(*(coefficient * factor for coefficient, factor in self.terms))
 
 
 @dataclass(frozen=True)
@@ -300,7 +355,7 @@ class DerivationSteps:
     coordinates
         Parts of Lagrange's equations, one of each coordinate.
     balances
-        Parts of d'Alembert's principle, one of each coordinate; none by Lagrange's equations.
+        Parts of d'Alembert's principle, one of each displacement; none by Lagrange's equations.
     in_coordinates
         Names of terms that are written in coordinates and act on no particle.
     states

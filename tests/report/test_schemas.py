@@ -35,6 +35,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         "derive systems/bodies/cart_pole.yaml",
         "derive systems/oscillators/henon_heiles.yaml --steps",
         "derive systems/bodies/quadrotor.yaml --by dalembert",
+        "derive systems/bodies/dzhanibekov.yaml --by dalembert",
         "derive systems/oscillators/damped_oscillator.yaml --form small-oscillations",
         "derive systems/pendulums/double_pendulum.yaml --form small-oscillations --with latex",
         "derive systems/pendulums/spherical_pendulum.yaml --form routhian --by dalembert",

@@ -44,7 +44,7 @@ def euler_form(derivation: Uncertified) -> EulerForm | None:
     body = _lone_body(derivation)
     if body is None:
         return None
-    parts = [reduced.names.convert(part) for part in _quaternion(body)]
+    parts = [reduced.names.convert(part) for part in lone_quaternion(body)]
     numbers = tuple(k for part in parts for k, c in enumerate(reduced.coordinates) if c.q == part)
     if len(numbers) != 4 or not _is_apart(derivation, body, numbers):
         return None
@@ -54,7 +54,7 @@ def euler_form(derivation: Uncertified) -> EulerForm | None:
     steps = rates_of_quaternion([c.q for c in quaternion])
     loads = [_load(derivation, k) for k in numbers]
     torques = tuple(
-        _at_length_1([g * load for g, load in zip(step, loads, strict=True)], quaternion)
+        _torque([g * load for g, load in zip(step, loads, strict=True)], quaternion)
         for step in steps
     )
     motions = [derivation.velocity[s] for s in reduced.elements[0].centre]
@@ -92,10 +92,11 @@ def _lone_body(derivation: Uncertified) -> Body | None:
     if not isinstance(body, Body) or body.on is not None:
         return None
     declared = [term for term in scene.kinetic if term.name != rotation_term(body.name)]
-    return None if declared or not _quaternion(body) else body
+    return None if declared or not lone_quaternion(body) else body
 
 
-def _quaternion(body: Body) -> tuple[Expression, ...]:
+def lone_quaternion(body: Body) -> tuple[Expression, ...]:
+    """Return the parts of the quaternion that is the only turn of a body; none of others."""
     if len(body.turns) != 1 or not isinstance(body.turns[0], QuaternionTurn):
         return ()
     return body.turns[0].parts
@@ -153,12 +154,15 @@ def _load(derivation: Uncertified, number: int) -> sp.Expr:
     return sp.Add(*forces, -drag, -slope)
 
 
-def _at_length_1(works: Sequence[sp.Expr], quaternion: Sequence[Coordinate]) -> sp.Expr:
-    """Sum terms with 1 less the other squares for the square of the first part: |q| = 1."""
-    scalar, *vector = (c.q for c in quaternion)
-    terms = expand_terms(sp.Add(*works), _MOST_TERMS)
+def on_unit_sphere(expr: sp.Expr, quaternion: Sequence[sp.Expr], budget: int) -> sp.Expr | None:
+    """Multiply out, with 1 less the other squares for the square of the first part: |q| = 1.
+
+    None if there are more than ``budget`` terms.
+    """
+    terms = expand_terms(expr, budget)
     if terms is None:
-        return sp.Add(*works)
+        return None
+    scalar, *vector = quaternion
     square = 1 - sp.Add(*(part**2 for part in vector))
     reduced = []
     for term in terms:
@@ -166,7 +170,14 @@ def _at_length_1(works: Sequence[sp.Expr], quaternion: Sequence[Coordinate]) -> 
         if power.is_Integer and power > 1:
             term = term / scalar ** (2 * (power // 2)) * square ** (power // 2)
         reduced.append(term)
-    return factored(sp.Add.make_args(sp.expand(sp.Add(*reduced))))
+    return sp.expand(sp.Add(*reduced))
+
+
+def _torque(works: Sequence[sp.Expr], quaternion: Sequence[Coordinate]) -> sp.Expr:
+    """Sum the works of a small turn, shortened by |q| = 1."""
+    total = sp.Add(*works)
+    reduced = on_unit_sphere(total, [c.q for c in quaternion], _MOST_TERMS)
+    return total if reduced is None else factored(sp.Add.make_args(reduced))
 
 
 def _rate_of_momentum(tensor: Sequence[sp.Expr], spins: Sequence[sp.Symbol], k: int) -> sp.Expr:

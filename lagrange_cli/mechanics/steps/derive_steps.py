@@ -7,22 +7,18 @@ generalized forces by virtual work. Sums are multiplied out and like terms gathe
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import sympy as sp
 
 from lagrange_cli.errors import InputError, Mark, Problem
-from lagrange_cli.mechanics.algebra.collect import Splitter, TermSum
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.factor import factored, group_by_velocities, scaled
-from lagrange_cli.mechanics.algebra.polynomials import expand_terms
-from lagrange_cli.mechanics.algebra.shortest import shortest_groups
+from lagrange_cli.mechanics.algebra.factor import scaled
 from lagrange_cli.mechanics.certify.certificate import Evidence
+from lagrange_cli.mechanics.dynamics.euler_form import lone_quaternion
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.elements.motion import Turning
 from lagrange_cli.mechanics.equations import Equations, ShownEquation
-from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reactions.applied_forces import applied_forces
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
 from lagrange_cli.mechanics.step_values import (
@@ -36,15 +32,15 @@ from lagrange_cli.mechanics.step_values import (
     Way,
     rate_symbol,
 )
+from lagrange_cli.mechanics.steps.collector import Collector, along_motion
 from lagrange_cli.mechanics.steps.steps_certificate import certify_steps
 from lagrange_cli.mechanics.steps.turning_steps import (
     torque_components,
-    turning_energy,
     turning_steps,
 )
+from lagrange_cli.mechanics.steps.virtual_work import Displacements, virtual_work
 from lagrange_cli.mechanics.symbols.convert import total_derivative
-from lagrange_cli.mechanics.system import Coordinate
-from lagrange_cli.scene.bodies import QuaternionTurn, bodies_of, rotation_term
+from lagrange_cli.scene.bodies import bodies_of, rotation_term
 from lagrange_cli.scene.language.expression import Expression
 from lagrange_cli.scene.model import Scene, Term
 
@@ -78,19 +74,23 @@ def require_few_coordinates(reduced: Reduced) -> None:
 
 
 def require_displacements(scene: Scene, way: Way) -> None:
-    """Refuse virtual displacements of a body by a quaternion, before anything is derived.
+    """Refuse virtual displacements of quaternions that do not alone turn a body in space.
 
     Raises
     ------
     InputError
-        Four parts of length 1 are no displacements: they have a multiplier that does no work.
+        The small turns of such a quaternion are not those of the angular velocity of a body.
     """
-    for body in bodies_of(scene) if way != "lagrange" else ():
-        if any(isinstance(turn, QuaternionTurn) for turn in body.turns):
+    in_space = (body for body in bodies_of(scene) if body.on is None)
+    parts = {e.node for body in in_space for e in lone_quaternion(body)}
+    for constraint in scene.constraints if way != "lagrange" else ():
+        joint = constraint.joint
+        if joint is not None and any(e.node not in parts for e in joint.quaternions):
             problem = Problem(
-                f"'{body.name}' turns by a quaternion, whose parts are no virtual displacements",
-                body.mark,
-                hint="write the steps by Lagrange's equations, or turn the body by three angles",
+                f"the quaternion of '{joint.parts[0]}' is not the only turn of a body in space",
+                constraint.mark,
+                hint="write the steps by Lagrange's equations: virtual displacements are small"
+                " turns of such bodies alone",
                 rule="unsupported",
             )
             raise InputError(problem)
@@ -142,8 +142,11 @@ def derive_steps(
     loads = applied_forces(derivation, of_turning=False)
     applied = {s: -loads.along(s) for s in (*loads.positional, *loads.dynamic)}
     bodies = body_steps(derivation, collector, applied, equations)
-    by_parts = way != "lagrange"
-    balances = virtual_work(derivation, collector, bodies, applied) if by_parts else ()
+    balances = list[VirtualWork]()
+    if way != "lagrange":
+        displacements = Displacements(reduced, collector)
+        bodies = tuple(map(displacements.of_body, bodies))
+        balances += virtual_work(derivation, displacements, bodies, applied)
     steps = DerivationSteps(
         way=way,
         bodies=bodies,
@@ -216,57 +219,6 @@ def _multiplied(coefficient: sp.Expr, factor: sp.Expr) -> sp.Expr:
     return scaled(number * scale, product * cofactor)
 
 
-#: Terms that a line may be multiplied out to; a longer one stays as it was derived.
-_TERM_BUDGET = 400
-
-
-@dataclass(frozen=True)
-class Collector:
-    """Gathers the terms of sums.
-
-    Attributes
-    ----------
-    masses
-        Symbols that are gathered as weights: ``(m1 + m2) l²``.
-    constants
-        Parameters.
-    rates
-        Velocities, then accelerations.
-    """
-
-    masses: frozenset[sp.Expr]
-    constants: frozenset[sp.Symbol]
-    rates: tuple[sp.Symbol, ...]
-
-    @classmethod
-    def from_scene(cls, reduced: Reduced) -> Collector:
-        return cls(
-            frozenset(f for m in reduced.masses for f in m.free_symbols),
-            frozenset(reduced.names.parameters.values()),
-            (*(c.v for c in reduced.coordinates), *(c.a for c in reduced.coordinates)),
-        )
-
-    def collected(self, expr: sp.Expr) -> sp.Expr:
-        """Collect a sum so that each product of rates and accelerations has one coefficient."""
-        expanded = expand_terms(expr, _TERM_BUDGET)
-        if expanded is None:
-            return expr
-        total = TermSum(Splitter(self.masses))
-        total.add_all(term for term in expanded if term != 0)
-        return sp.Add(*self._grouped(total.collected()))
-
-    def _grouped(self, terms: Sequence[sp.Expr]) -> list[sp.Expr]:
-        present = {s for term in terms for s in symbols_in(term)}
-        rates = [rate for rate in self.rates if rate in present]
-        grouped = []
-        for product, cofactors in group_by_velocities(terms, rates):
-            if product == 1:
-                grouped += shortest_groups(cofactors, self.constants)
-            else:
-                grouped.append(factored(cofactors) * product)
-        return grouped
-
-
 _ZERO = sp.Integer(0)
 
 
@@ -336,12 +288,6 @@ def _component(
     )
 
 
-def along_motion(reduced: Reduced, expr: sp.Expr) -> sp.Expr:
-    """The total time derivative of an expression over q, v, t."""
-    chain = [(c.q, c.v) for c in reduced.coordinates] + [(c.v, c.a) for c in reduced.coordinates]
-    return total_derivative(expr, reduced.names.t, chain)
-
-
 def force_steps(
     derivation: Uncertified, collector: Collector, bodies: Sequence[BodySteps]
 ) -> tuple[ForceSteps, ...]:
@@ -371,58 +317,3 @@ def force_steps(
             )
         )
     return tuple(steps)
-
-
-def virtual_work(
-    derivation: Uncertified,
-    collector: Collector,
-    bodies: Sequence[BodySteps],
-    applied: Mapping[sp.Symbol, sp.Expr],
-) -> Iterator[VirtualWork]:
-    """Parts of Σ (m r̈ − F)·∂r/∂q + Σ (L̇ − M)·∂ω/∂v for each coordinate."""
-    cartesian = set(derivation.reduced.names.cartesian.values())
-    moved, turned = _energies(bodies)
-    accelerated = partial(_by_energy, derivation.reduced, collector)
-    for c in derivation.reduced.coordinates:
-        inertia, work, turning, torques = [], [], [], []
-        for body in bodies:
-            for part in body.components:
-                slope = dict(part.partials).get(c.q, _ZERO)
-                inertia.append((body.mass or _ZERO) * part.acceleration * slope)
-                work.append(part.force * slope)
-            for spin in body.turning.components if body.turning else ():
-                slope = dict(spin.partials).get(c.q, _ZERO)
-                turning.append(spin.inertia * slope)
-                torques.append(spin.torque * slope)
-        alone = _ZERO if c.q in cartesian else -applied.get(c.q, _ZERO)
-        yield VirtualWork(
-            accelerated(c, sp.Add(*inertia), moved),
-            collector.collected(sp.Add(*work)),
-            accelerated(c, sp.Add(*turning), turned),
-            collector.collected(sp.Add(*torques)),
-            collector.collected(alone),
-        )
-
-
-def _energies(bodies: Sequence[BodySteps]) -> tuple[sp.Expr | None, sp.Expr | None]:
-    """½ m v² of bodies and ½ ω·Iω, where there are any that turn."""
-    turning = [body for body in bodies if body.turning is not None]
-    if not turning:
-        return None, None
-    squares = [(body.mass or _ZERO) * (body.square or _ZERO) / 2 for body in bodies]
-    return sp.Add(*squares), sp.Add(*map(turning_energy, turning))
-
-
-def _by_energy(
-    reduced: Reduced, collector: Collector, c: Coordinate, work: sp.Expr, energy: sp.Expr | None
-) -> sp.Expr:
-    """Return the shorter of the work of inertia and d/dt ∂T/∂v − ∂T/∂q of its energy, if known.
-
-    Squares of sines and cosines add up in T before they are differentiated.
-    """
-    summed = collector.collected(work)
-    if energy is None:
-        return summed
-    rate = along_motion(reduced, derivative(energy, c.v))
-    lagrange = collector.collected(rate - derivative(energy, c.q))
-    return min(summed, lagrange, key=lambda e: int(e.count_ops()))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from typing import TypeAlias
 
 import mpmath
 import sympy as sp
@@ -33,17 +32,20 @@ from lagrange_cli.mechanics.numerics.elementary import (
     in_decimals,
     numbers_as_decimals,
 )
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.numerics.sampling import working_digits
 from lagrange_cli.mechanics.reactions.applied_forces import terms_over_names
 from lagrange_cli.mechanics.step_values import (
     DerivationSteps,
-    TurningSteps,
     rate_symbol,
-    spin_symbol,
 )
-
-#: A line, and its value by another route.
-_Pair: TypeAlias = "tuple[sp.Expr, Decimal]"
+from lagrange_cli.mechanics.steps.turning_certificate import (
+    ComparedLine,
+    MovedParts,
+    TurningCheck,
+    along,
+)
+from lagrange_cli.mechanics.steps.virtual_work import quaternions
 
 _ZERO, _ONE = Decimal(0), Decimal(1)
 _CONSTANT: Jet = (_ONE, _ZERO, _ZERO)
@@ -89,11 +91,10 @@ def certify_steps(
         for state in evidence.states:
             try:
                 with in_decimals():
-                    mismatch, difference = check.compared(numbers_as_decimals(state))
+                    mismatch, difference = check.compared(check.placed(state))
                 if max(mismatch, difference) > tolerance:
                     with mpmath.workdps(_CLOSE_DIGITS), in_decimals():
-                        point = numbers_as_decimals(state)
-                        mismatch, difference = check.compared(point, least=_NOTHING)
+                        mismatch, difference = check.compared(check.placed(state), least=_NOTHING)
             except (DomainError, ZeroDivisionError, OverflowError):
                 continue  # a line that is singular here
             if max(mismatch, difference) > tolerance:
@@ -118,11 +119,26 @@ class _StepsCheck:
         self.tapes = tapes = Tapes(derivation)
         self.closures = ClosureCheck(derivation, tapes)
         self.number = {s.name: k for k, s in enumerate(tapes.symbols)}
+        turned = {b.displacement.name for b in steps.balances if b.displacement.axis}
+        by_body = quaternions(derivation.reduced)
+        self.quaternions = [by_body[name] for name in sorted(turned)]
         named = terms_over_names(derivation)
         self.rates = named.rates
         self.forces = derivation.forces
         moving = [*named.rates, *named.rates.values(), tapes.t, *tapes.parameters]
         self.named = Tape([named.lagrangian, named.dissipation], moving)
+
+    def placed(self, state: SymbolValues) -> DecimalValues:
+        """Return a state whose accelerations keep the lengths of quaternions, as its velocities do.
+
+        Those of the certificate are any. They change along q alone, by −(q·q̈ + q̇·q̇) q.
+        """
+        point = numbers_as_decimals(state)
+        for parts in self.quaternions:
+            pairs = [(point[c.q], point[c.v], point[c.a]) for c in parts]
+            excess = sum((q * a + v * v for q, v, a in pairs), _ZERO)
+            point |= {c.a: a - excess * q for c, (q, _, a) in zip(parts, pairs, strict=True)}
+        return point
 
     def compared(self, point: DecimalValues, least: Decimal = _ZERO) -> tuple[Decimal, Decimal]:
         """Largest relative mismatch of lines, and of d'Alembert's from Lagrange's equations.
@@ -137,23 +153,32 @@ class _StepsCheck:
         run = tapes.positions.run_in_decimals([seen.series[s] for s in tapes.still], 2)
         outputs = run.outputs
         applied = self._applied(seen, run)
+        moved = [
+            (parts, evaluate_in_decimals([g for _, g in parts.displacement.rates], point))
+            for parts in self.steps.balances
+        ]
         lines = [
-            *self._bodies(run, outputs[: len(tapes.symbols)], applied),
+            *self._bodies(run, outputs[: len(tapes.symbols)], applied, moved),
             *self._terms(point, outputs),
             *self._forces(point, run),
             *self._equations(point, seen),
-            *self._balances(seen, run, applied),
         ]
         mismatch = _mismatch(point, lines, least)
-        for further in (self._newton(point), self._turnings(point, seen, run)):
+        known, turnings = self._turnings(point, seen, run, moved)
+        turnings += self._balances(point, seen, run, applied, moved)
+        for further in (self._newton(point), (known, turnings)):
             mismatch = max(mismatch, _mismatch(*further, least))
-        return mismatch, _mismatch(point, list(self._ways(seen)), least)
+        return mismatch, _mismatch(known, list(self._ways(seen, moved)), least)
 
     # -- kinematics and applied forces ----------------------------------------------
 
     def _bodies(
-        self, run: DecimalRun, outputs: Sequence[Jet], applied: dict[str, Decimal]
-    ) -> Iterator[_Pair]:
+        self,
+        run: DecimalRun,
+        outputs: Sequence[Jet],
+        applied: dict[str, Decimal],
+        moved: MovedParts,
+    ) -> Iterator[ComparedLine]:
         pending = dict(applied)
         variables = [self.tapes.t, *self.tapes.q]
         for body in self.steps.bodies:
@@ -168,6 +193,13 @@ class _StepsCheck:
                 slopes, partials = run.gradient({k: _ONE}), dict(part.partials)
                 for s, slope in zip(variables, slopes, strict=False):
                     yield partials.get(s, _NONE), slope
+                by_displacement = dict(part.slopes)
+                for parts, rates in moved:
+                    one = parts.displacement
+                    slope = along(one, rates, dict(zip(variables, slopes, strict=False)))
+                    # A slope that vanishes may be a sum, which is compared with 1.
+                    size = 0 if one.symbol in by_displacement else 1
+                    yield by_displacement.get(one.symbol, _NONE) + size, slope + size
                 speeds.append(velocity)
             if body.square is not None:
                 yield body.square, sum((v * v for v in speeds), _ZERO)
@@ -219,20 +251,21 @@ class _StepsCheck:
     # -- bodies that turn -----------------------------------------------------------------
 
     def _turnings(
-        self, point: DecimalValues, seen: Observation, run: DecimalRun
-    ) -> tuple[DecimalValues, list[_Pair]]:
+        self, point: DecimalValues, seen: Observation, run: DecimalRun, moved: MovedParts
+    ) -> tuple[DecimalValues, list[ComparedLine]]:
         """ω, ω̇, ∂ω/∂v, the rates of angular momenta and torques, by R along the motion alone."""
-        known, pairs = dict(point), list[_Pair]()
+        known, pairs = dict(point), list[ComparedLine]()
         for body in self.steps.bodies:
             if body.turning is not None:
-                check = _TurningCheck(self, body.name, body.turning, seen, run)
+                forces = list(zip(self.forces, self.steps.forces, strict=True))
+                check = TurningCheck(self.tapes, body.name, body.turning, forces, seen, run)
                 known |= check.spins()
-                pairs += check.lines()
+                pairs += check.lines(moved)
         return known, pairs
 
     # -- energies and forces ------------------------------------------------------------
 
-    def _terms(self, point: DecimalValues, outputs: Sequence[Jet]) -> Iterator[_Pair]:
+    def _terms(self, point: DecimalValues, outputs: Sequence[Jet]) -> Iterator[ComparedLine]:
         placed = list(zip(self.tapes.symbols, outputs, strict=False))
         places = {s: x[0] for s, x in placed}
         places |= {rate_symbol(s.name): x[1] for s, x in placed}
@@ -241,7 +274,7 @@ class _StepsCheck:
         for term, value in zip(terms, values, strict=True):
             yield term.resolved, value
 
-    def _forces(self, point: DecimalValues, run: DecimalRun) -> Iterator[_Pair]:
+    def _forces(self, point: DecimalValues, run: DecimalRun) -> Iterator[ComparedLine]:
         q = self.tapes.q
         for force, steps in zip(self.forces, self.steps.forces, strict=True):
             if force.is_torque:
@@ -262,7 +295,7 @@ class _StepsCheck:
 
     # -- equations ------------------------------------------------------------------------
 
-    def _equations(self, point: DecimalValues, seen: Observation) -> Iterator[_Pair]:
+    def _equations(self, point: DecimalValues, seen: Observation) -> Iterator[ComparedLine]:
         tapes = self.tapes
         mass, forcing = tapes.derived_parts(point)
         pushes = self.closures.forces(point)
@@ -297,38 +330,68 @@ class _StepsCheck:
                 yield residual, lagrange
 
     def _balances(
-        self, seen: Observation, run: DecimalRun, applied: dict[str, Decimal]
-    ) -> Iterator[_Pair]:
-        if not self.steps.balances:
+        self,
+        point: DecimalValues,
+        seen: Observation,
+        run: DecimalRun,
+        applied: dict[str, Decimal],
+        moved: MovedParts,
+    ) -> Iterator[ComparedLine]:
+        if not moved:
             return
         tapes = self.tapes
-        along = {self.number[n]: f for n, f in applied.items() if n in self.number}
+        pushed = {self.number[n]: f for n, f in applied.items() if n in self.number}
         inertia = tapes.inertial_forces(seen.series, run)
         placed = {k: force for k, force in inertia.items() if k < len(tapes.symbols)}
         rotated = {k: force for k, force in inertia.items() if k >= len(tapes.symbols)}
-        moved, turned, worked = map(run.gradient, (placed, rotated, along))
+        accelerated, turned, worked = (
+            run.gradient(seeds)[1 : 1 + tapes.n] for seeds in (placed, rotated, pushed)
+        )
         torques = [_ZERO] * tapes.n
         for force, works in zip(self.forces, tapes.works(seen.series, run), strict=True):
             if force.is_torque:
                 (work,) = works
                 torques = [x + y for x, y in zip(torques, work, strict=True)]
-        for j, (q, steps) in enumerate(zip(tapes.q, self.steps.balances, strict=True)):
-            yield steps.inertia, moved[1 + j]
-            yield steps.work, worked[1 + j]
-            yield steps.turning, turned[1 + j]
-            yield steps.torques, torques[j]
-            alone = _ZERO if q.name in self.number else applied.get(q.name, _ZERO)
-            yield steps.coordinates, -alone
+        alone = [_ZERO if q.name in self.number else -applied.get(q.name, _ZERO) for q in tapes.q]
+        lacking = self._lacking(point)
+        for parts, rates in moved:
+            pairs = [
+                (parts.inertia, accelerated),
+                (parts.work, worked),
+                (parts.turning, turned),
+                (parts.torques, torques),
+                (parts.coordinates, alone),
+            ]
+            if parts.displacement.axis:
+                pairs.append((parts.whole, lacking))
+                # Its rates are along the sphere of quaternions of length 1.
+                yield sp.Add(*(q * g for q, g in parts.displacement.rates)), _ZERO
+            for line, by_coordinate in pairs:
+                values = dict(zip(tapes.q, by_coordinate, strict=True))
+                yield line, along(parts.displacement, rates, values)
 
-    def _ways(self, seen: Observation) -> Iterator[_Pair]:
+    def _lacking(self, point: DecimalValues) -> list[Decimal]:
+        """M q̈ − f − Σ λ·gradient of each coordinate."""
+        mass, forcing = self.tapes.derived_parts(point)
+        pushes, a = self.closures.forces(point), self.tapes.a
+        return [
+            sum((x * point[a[k]] for k, x in row.items()), -force - sum(pushed, _ZERO))
+            for row, force, pushed in zip(mass, forcing, pushes, strict=True)
+        ]
+
+    def _ways(self, seen: Observation, moved: MovedParts) -> Iterator[ComparedLine]:
         """d'Alembert's coefficients beside Lagrange's, evaluated from L."""
         momenta, slopes = self.tapes.momenta(seen), self.tapes.slopes(seen)
-        for j, steps in enumerate(self.steps.balances):
-            coefficient = steps.inertia - steps.work + steps.turning - steps.torques
-            coefficient += steps.coordinates
-            yield coefficient, momenta[j][1] - slopes[j][0] - seen.forces[j]
+        residuals = {
+            q: rate - slope - force
+            for q, (_, rate), (slope, _), force in zip(
+                self.tapes.q, momenta, slopes, seen.forces, strict=True
+            )
+        }
+        for parts, rates in moved:
+            yield parts.coefficient, along(parts.displacement, rates, residuals)
 
-    def _newton(self, point: DecimalValues) -> tuple[DecimalValues, list[_Pair]]:
+    def _newton(self, point: DecimalValues) -> tuple[DecimalValues, list[ComparedLine]]:
         """m r̈ = F + f of each particle along a motion, where constraint forces are derived."""
         reactions, tapes = self.equations.derivation.constraint_forces, self.tapes
         if reactions is None:
@@ -339,7 +402,7 @@ class _StepsCheck:
         multipliers = [c.multiplier for c in self.closures.closures]
         moving = {**point, **dict(zip([*tapes.a, *multipliers], solution, strict=True))}
         components = {b.name: b.components for b in reactions.bodies}
-        pairs: list[_Pair] = []
+        pairs: list[ComparedLine] = []
         for body in self.steps.bodies:
             forces = components.get(body.name, (_NONE, _NONE, _NONE))
             for part, force in zip(body.components, forces, strict=True):
@@ -349,74 +412,7 @@ class _StepsCheck:
         return moving, pairs
 
 
-class _TurningCheck:
-    """The turning of one body at a state."""
-
-    def __init__(
-        self,
-        check: _StepsCheck,
-        name: str,
-        steps: TurningSteps,
-        seen: Observation,
-        run: DecimalRun,
-    ) -> None:
-        tapes, self.name, self.steps = check.tapes, name, steps
-        element, places, constants = tapes.turned_at(name, seen.series)
-        outputs = [run.outputs[k] for k in places]
-        self.values = element.turning(outputs[3:], constants[1:])
-        self.energy = element.kinetic_terms(outputs, constants)[3]
-        slopes = [run.gradient({k: _ONE}) for k in places[3:]]
-        variables = [tapes.t, *tapes.q]
-        self.partials = {
-            s: self.values.spin_by([by[k] for by in slopes]) for k, s in enumerate(variables)
-        }
-        pairs = zip(check.forces, check.steps.forces, strict=True)
-        self.torques = [
-            (written, self.values.along_axes(evaluate_in_decimals(list(f.components), seen.point)))
-            for f, written in pairs
-            if f.is_torque and f.on == name
-        ]
-        self.q = tapes.q
-
-    def _component(self, direction: Sequence[int], vector: Sequence[Decimal]) -> Decimal:
-        """A component of a vector along the axes of the body."""
-        if self.steps.axes == "space":
-            vector = self.values.along_space(vector)
-        return sum((d * x for d, x in zip(direction, vector, strict=True)), _ZERO)
-
-    def spins(self) -> dict[sp.Symbol, Decimal]:
-        """Components of ω, and their rates, by their symbols."""
-        spins: dict[sp.Symbol, Decimal] = {}
-        for c in self.steps.components:
-            s = spin_symbol(self.name, c.axis)
-            spins[s] = self._component(c.direction, self.values.spin)
-            spins[rate_symbol(s.name)] = self._component(c.direction, self.values.change)
-        return spins
-
-    def lines(self) -> Iterator[_Pair]:
-        yield self.steps.energy, self.energy
-        for c in self.steps.components:
-            inertia = self._component(c.direction, self.values.torque)
-            yield c.law, inertia
-            yield c.inertia, inertia
-            yield c.spin, self._component(c.direction, self.values.spin)
-            yield c.rate, self._component(c.direction, self.values.change)
-            partials = dict(c.partials)
-            for s, slope in self.partials.items():
-                # Slopes that vanish are compared with 1, the size of the axes of the body.
-                size = 0 if s in partials else 1
-                yield partials.get(s, _NONE) + size, self._component(c.direction, slope) + size
-            torques = [self._component(c.direction, m) for _, m in self.torques]
-            yield c.torque, sum(torques, _ZERO)
-            for (force, _), value in zip(self.torques, torques, strict=True):
-                yield dict(force.components).get(c.axis, _NONE), value
-        for force, torque in self.torques:
-            for s in self.q:
-                work = sum((m * x for m, x in zip(torque, self.partials[s], strict=True)), _ZERO)
-                yield dict(force.generalized).get(s, _NONE), work
-
-
-def _mismatch(point: DecimalValues, lines: Sequence[_Pair], least: Decimal) -> Decimal:
+def _mismatch(point: DecimalValues, lines: Sequence[ComparedLine], least: Decimal) -> Decimal:
     """Largest difference of a line from its value, relative to the sizes of its terms."""
     terms = [sp.Add.make_args(line) for line, _ in lines]
     values = iter(evaluate_in_decimals([term for parts in terms for term in parts], point))

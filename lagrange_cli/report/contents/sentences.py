@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         ConstraintLine,
         EnergyBalance,
     )
-    from lagrange_cli.mechanics.system import CartesianName
+    from lagrange_cli.mechanics.system import CartesianName, Closure
 
 #: Letters of the account of degrees of freedom.
 _COUNTED = {"N", "K", "DOF"}
@@ -96,20 +96,28 @@ def counting(equations: Equations) -> list[Written]:
     ]
 
 
-def multipliers_line(equations: Equations) -> Written | None:
-    """Explain the multipliers; None if there are none."""
-    kinds = {closure.kind for closure in equations.system.closures}
+def multipliers_line(
+    equations: Equations, pushing: Sequence[Closure] | None = None
+) -> Written | None:
+    """Explain the multipliers, of ``pushing`` alone if that is given; None if there are none."""
+    closures = [c for c in equations.system.closures if pushing is None or c in pushing]
+    kinds = {closure.kind for closure in closures}
     if not kinds:
         return None
-    lines = equations.derivation.account.lines
-    lengths = {line.name for line in lines if line.joint[:1] == ("unit",)}
-    if lengths >= {closure.name for closure in equations.system.closures}:
+    lengths = names_of_lengths(equations) & {closure.name for closure in closures}
+    if lengths >= {closure.name for closure in closures}:
         return say("The multiplier keeps a quaternion at length 1, and is no force")
     explained = _explained_by_gradients(kinds)
     if not lengths:
         return explained
     excepted = say("that of {listed} is no force", listed=names(lengths))
     return Listed((explained, excepted), between="; ")
+
+
+def names_of_lengths(equations: Equations) -> set[str]:
+    """Return the names of the closures that keep quaternions at length 1."""
+    lines = equations.derivation.account.lines
+    return {line.name for line in lines if line.joint[:1] == ("unit",)}
 
 
 def _explained_by_gradients(kinds: Collection[str]) -> Written:

@@ -173,32 +173,48 @@ _EQUATION: JsonObject[_EquationSteps] = JsonObject(
     ),
     Key("divided_by", EXPRESSION, "The factor by which the shown equation is divided."),
 )
-_BALANCE: JsonObject[tuple[str, VirtualWork]] = JsonObject(
-    Key("coordinate", TEXT, "Name of the coordinate.", lambda pair: pair[0]),
-    *through(
-        lambda pair: pair[1],
-        Key("inertia", EXPRESSION, "Σ m r̈·∂r/∂q."),
-        Key("work", EXPRESSION, "Σ F·∂r/∂q, which is subtracted."),
-        Key(
-            "turning",
-            EXPRESSION,
-            "Where it is not 0: Σ L̇·∂ω/∂q̇ of rigid bodies, with their angular momenta L.",
-            lambda parts: parts.turning or None,
-            optional=True,
-        ),
-        Key(
-            "torques",
-            EXPRESSION,
-            "Where it is not 0: Σ M·∂ω/∂q̇ of torques, which is subtracted.",
-            lambda parts: parts.torques or None,
-            optional=True,
-        ),
-        Key(
-            "in_coordinates",
-            EXPRESSION,
-            "What is added for terms that act on no particle.",
-            lambda parts: parts.coordinates,
-        ),
+_BALANCE: JsonObject[VirtualWork] = JsonObject(
+    Key(
+        "coordinate",
+        TEXT,
+        "Name of the coordinate, or of the body that turns.",
+        lambda parts: parts.displacement.name,
+    ),
+    Key(
+        "axis",
+        TEXT,
+        "Of a small turn of a body by a quaternion: 1, 2 or 3, the axis of the body.",
+        lambda parts: parts.displacement.axis or None,
+        optional=True,
+    ),
+    Key("inertia", EXPRESSION, "Σ m r̈·∂r/∂q."),
+    Key("work", EXPRESSION, "Σ F·∂r/∂q, which is subtracted."),
+    Key(
+        "turning",
+        EXPRESSION,
+        "Where it is not 0: Σ L̇·∂ω/∂q̇ of rigid bodies, with their angular momenta L.",
+        lambda parts: parts.turning or None,
+        optional=True,
+    ),
+    Key(
+        "torques",
+        EXPRESSION,
+        "Where it is not 0: Σ M·∂ω/∂q̇ of torques, which is subtracted.",
+        lambda parts: parts.torques or None,
+        optional=True,
+    ),
+    Key(
+        "in_coordinates",
+        EXPRESSION,
+        "What is added for terms that act on no particle.",
+        lambda parts: parts.coordinates,
+    ),
+    Key(
+        "residual",
+        EXPRESSION,
+        "Of a small turn: the sum of these, and of the forces of multipliers, which vanishes.",
+        lambda parts: parts.whole if parts.displacement.axis else None,
+        optional=True,
     ),
 )
 _CERTIFICATE: JsonObject[StepsWriter] = JsonObject(
@@ -248,11 +264,6 @@ def _equations(writer: StepsWriter) -> list[_EquationSteps]:
     return [_EquationSteps(parts, shown.coordinate, shown.divided_by) for parts, shown in pairs]
 
 
-def _balances(writer: StepsWriter) -> list[tuple[str, VirtualWork]]:
-    names = [c.name for c in writer.equations.system.coordinates]
-    return list(zip(names, writer.steps.balances, strict=False))
-
-
 _STEPS: JsonObject[StepsWriter] = JsonObject(
     *through(
         lambda writer: writer.steps,
@@ -267,7 +278,7 @@ _STEPS: JsonObject[StepsWriter] = JsonObject(
         "virtual_work",
         list_of(_BALANCE),
         "Parts of the coefficients of δq by d'Alembert or virtual work, else none.",
-        _balances,
+        lambda writer: writer.steps.balances,
     ),
     Key(
         "equilibrium",
@@ -283,7 +294,8 @@ _STEPS: JsonObject[StepsWriter] = JsonObject(
 def _written(equations: Equations, _: ExpressionPrinter) -> dict[str, Any]:
     """Write steps in the scene language, whatever the language of the report."""
     assert equations.derivation.steps is not None
-    writer = StepsWriter(equations, steps=equations.derivation.steps.over_parameters())
+    steps = equations.derivation.steps.over_parameters()
+    writer = StepsWriter(equations, steps=steps, read_back=True)
     return _STEPS.write(writer, ExpressionPrinter(writer.words, ScenePrinter()))
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import pytest
 import sympy as sp
 
-from lagrange_cli.errors import InputError, InternalError
+from lagrange_cli.errors import InternalError
 from lagrange_cli.mechanics import derive
 from lagrange_cli.mechanics.step_values import (
     BodySteps,
@@ -20,10 +19,8 @@ from lagrange_cli.mechanics.step_values import (
 )
 from lagrange_cli.mechanics.steps.derive_steps import derive_steps
 from lagrange_cli.mechanics.steps.steps_certificate import certify_steps
-from lagrange_cli.scene import read_file, read_text
+from lagrange_cli.scene import read_text
 from tests.mechanics.steps.test_steps import by_sympy, certified
-
-SYSTEMS = Path(__file__).parents[3] / "systems"
 
 #: A body with products of inertia and a centre beside its origin, turned by two angles on a turned
 #: frame, with a torque along the axes of space, one along its own, and a force.
@@ -195,12 +192,3 @@ initial: {{theta: 0}}
     assert steps.axes == "plane"
     assert component.spin == theta.v
     assert str(component.torque) == "c"
-
-
-def test_virtual_displacements_of_a_quaternion_are_refused_at_the_body() -> None:
-    scene = read_file(str(SYSTEMS / "bodies" / "dzhanibekov.yaml"))
-    with pytest.raises(InputError, match="'nut' turns by a quaternion") as refusal:
-        derive(scene, steps="dalembert")
-    (problem,) = refusal.value.problems
-    assert problem.mark is not None
-    assert problem.mark.line > 1

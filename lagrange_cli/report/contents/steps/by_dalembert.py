@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import sympy
+
+from lagrange_cli.mechanics.equations import ShownEquation
+from lagrange_cli.notation.build import display_terms
 from lagrange_cli.report.contents.forces import force_rows
 from lagrange_cli.report.contents.steps import turnings
 from lagrange_cli.report.contents.steps.by_lagrange import equation, lagrange_law, multiplier_terms
@@ -27,6 +31,7 @@ from lagrange_cli.report.inlines import (
     Plain,
     Written,
     below,
+    enumerated,
     group,
     partial,
     rounded,
@@ -39,7 +44,7 @@ from lagrange_cli.report.inlines import (
 from lagrange_cli.report.tree import Formula, Law, Part, Section, Title, formulas, section
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.step_values import BodySteps
+    from lagrange_cli.mechanics.step_values import BodySteps, VirtualWork
 
 
 def applied_forces(writer: StepsWriter) -> Section | None:
@@ -64,8 +69,8 @@ def applied_forces(writer: StepsWriter) -> Section | None:
 
 def principle(writer: StepsWriter) -> Section | None:
     """Return the coefficient of each δq, which vanishes."""
-    names, count = writer.steps.in_coordinates, len(writer.equations.system.coordinates)
-    if not count:
+    names, balances = writer.steps.in_coordinates, writer.steps.balances
+    if not balances:
         return None
     return section(
         say("d'Alembert's principle"),
@@ -74,20 +79,24 @@ def principle(writer: StepsWriter) -> Section | None:
         Law(total_work(writer, work_with_inertia(writer, *writer.displaced), names) + " = 0"),
         independent(writer),
         *coefficient_law(writer, names),
-        *(block for number in range(count) for block in _coefficient(writer, number)),
+        *(block for parts in balances for block in _coefficient(writer, parts)),
     )
 
 
 def independent(writer: StepsWriter) -> Written:
     """Say why the coefficient of each δq vanishes."""
-    if writer.equations.system.pushing:
+    displacements = [parts.displacement for parts in writer.steps.balances]
+    listed: Written = DISPLACED
+    if any(one.axis for one in displacements):
+        listed = enumerated([virtual(writer.displaced_place(one)) for one in displacements])
+    if writer.restricting:
         return say(
             "The {listed} are restricted by the constraints that are kept: with a multiplier for"
             " each of these, every coefficient vanishes.",
-            listed=DISPLACED,
+            listed=listed,
         )
     sentence = "The {listed} are independent, so the coefficient of each vanishes."
-    return say(sentence, listed=DISPLACED)
+    return say(sentence, listed=listed)
 
 
 def total_work(writer: StepsWriter, by_particles: Label, names: Sequence[str]) -> Label:
@@ -101,7 +110,7 @@ def coefficient_law(
     writer: StepsWriter, names: Sequence[str], force: Label = NOTHING
 ) -> Iterator[Part]:
     """Return the coefficient of δq_j with terms beside ``force``, where there are any."""
-    terms = list(multiplier_terms(writer))
+    terms = list(multiplier_terms(writer, writer.restricting))
     if not (names or terms):
         return
     whole = force or work_with_inertia(writer, partial(POSITION, PLACE), writer.spin_slope)
@@ -149,23 +158,28 @@ def applied_work(writer: StepsWriter, slope: Label, turn: Label) -> Label:
     return whole + " + " + work(writer.torque, turn) if turnings.has_torques(writer) else whole
 
 
-def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
-    place = writer.coordinate(writer.equations.system.coordinates[number])
-    parts = writer.steps.balances[number]
+def _coefficient(writer: StepsWriter, parts: VirtualWork) -> Iterator[Part]:
+    place = writer.displaced_place(parts.displacement)
     yield Title(say("For {place}:", place=virtual(place)))
     slope = partial(POSITION, place)
     rows: list[Formula] = []
     if parts.inertia != 0 or parts.work != 0:
         rows.append(writer.row(work(INERTIA, slope), parts.inertia))
         rows.append(writer.row(work(writer.applied, slope), parts.work))
-    turn = writer.spin_by(writer.coordinate(writer.equations.system.coordinates[number], 1))
+    turn = writer.spin_along(parts.displacement)
     for force, value in ((writer.momentum_rate, parts.turning), (writer.torque, parts.torques)):
         if value != 0:
             rows.append(writer.row(work(force, turn), value))
     if parts.coordinates != 0:
         rows.append(writer.row(below(writer.inertia_letter, place), parts.coordinates))
     yield formulas(rows)
-    yield from equation(writer, number, say("so that"))
+    if parts.displacement.axis:
+        shown = ShownEquation("", parts.terms, sympy.Integer(1))
+        yield say("so that")
+        yield formulas([Formula("", (display_terms(shown, writer.words),))], result=True)
+    else:
+        names = [c.name for c in writer.equations.system.coordinates]
+        yield from equation(writer, names.index(parts.displacement.name), say("so that"))
 
 
 def comparison(writer: StepsWriter) -> Section | None:
@@ -186,7 +200,8 @@ def comparison(writer: StepsWriter) -> Section | None:
                 lagrangian_row(writer),
             ]
         ),
-        Law(lagrange_law(writer, multiplier_terms(writer))),
+        Law(lagrange_law(writer, multiplier_terms(writer, system.pushing))),
+        _of_quaternions(writer),
         say.counted(
             steps.states,
             "Evaluated from {lagrangian} at {count} random state in {digits} digits, these"
@@ -197,6 +212,16 @@ def comparison(writer: StepsWriter) -> Section | None:
             digits=writer.equations.derivation.certificate.digits,
             size=size,
         ),
+    )
+
+
+def _of_quaternions(writer: StepsWriter) -> Written | None:
+    """Say how Lagrange's equations of the parts of quaternions are those of small turns."""
+    if not any(parts.displacement.axis for parts in writer.steps.balances):
+        return None
+    return say(
+        "Those of the parts of a quaternion are multiplied by the derivatives of these by a small"
+        " turn and added: the multiplier of its length drops out."
     )
 
 

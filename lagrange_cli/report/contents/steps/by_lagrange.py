@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from lagrange_cli.mechanics.sparse import entries
 from lagrange_cli.notation.build import display_terms
@@ -23,12 +24,15 @@ from lagrange_cli.report.inlines import (
 )
 from lagrange_cli.report.tree import Formula, Law, Part, Section, Title, formulas, section
 
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.system import Closure
+
 
 def constraints(writer: StepsWriter) -> Section | None:
     """Closure equations with the derivatives by which their multipliers push."""
     system = writer.equations.system
     rows: list[Formula] = []
-    for closure in system.pushing:
+    for closure in writer.restricting:
         left, order = writer.constraint(closure), int(closure.kind == "velocity")
         rows.append(writer.row(left, closure.expression))
         for j, slope in entries(closure.gradient).items():
@@ -37,16 +41,17 @@ def constraints(writer: StepsWriter) -> Section | None:
     if not rows:
         return None
     sentences: list[Written] = []
-    if system.closures:
-        names = enumerated([writer.constraint(c) for c in system.closures])
+    closures = [c for c in system.closures if c in writer.restricting]
+    if closures:
+        names = enumerated([writer.constraint(c) for c in closures])
         one = "Beside the equations of motion {listed} vanishes."
         many = "Beside the equations of motion {listed} vanish."
-        sentences.append(say.counted(len(system.closures), one, many, listed=names))
+        sentences.append(say.counted(len(closures), one, many, listed=names))
     if system.contacts:
         gaps = enumerated([writer.constraint(c.closure) for c in system.contacts])
         one, many = "{listed} is the gap of a contact.", "{listed} are gaps of contacts."
         sentences.append(say.counted(len(system.contacts), one, many, listed=gaps))
-    line = multipliers_line(writer.equations)
+    line = multipliers_line(writer.equations, writer.restricting)
     return section(
         say("Constraints with multipliers"),
         writer.paragraph(*sentences),
@@ -60,7 +65,7 @@ def lagrange_equations(writer: StepsWriter) -> Section | None:
     count = len(writer.equations.system.coordinates)
     if not count:
         return None
-    law = Law(lagrange_law(writer, multiplier_terms(writer)))
+    law = Law(lagrange_law(writer, multiplier_terms(writer, writer.equations.system.pushing)))
     blocks = (block for number in range(count) for block in _coordinate(writer, number))
     return section(say("Lagrange's equations"), law, *blocks)
 
@@ -78,9 +83,9 @@ def lagrange_law(writer: Writer, multiplied: Iterable[Label | str]) -> Label:
     return left + " = " + sum_of([force, *multiplied])
 
 
-def multiplier_terms(writer: StepsWriter) -> Iterator[Label]:
+def multiplier_terms(writer: StepsWriter, pushing: Sequence[Closure]) -> Iterator[Label]:
     """Return generalized forces of closures and contacts, of each kind there is."""
-    taken = {closure.kind for closure in writer.equations.system.pushing}
+    taken = {closure.kind for closure in pushing}
     left = symbol(f"{writer.constraint_letter}_k")
     for kind, by in (("position", PLACE), ("velocity", SPEED)):
         if kind in taken:

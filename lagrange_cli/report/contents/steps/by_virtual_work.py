@@ -13,6 +13,7 @@ from lagrange_cli.analysis.equilibria.laws import laws_of_equilibrium
 from lagrange_cli.analysis.equilibria.rest_system import no_value_at_rest, rest_system
 from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.sparse import entries
+from lagrange_cli.mechanics.step_values import rate_symbol, spin_symbol
 from lagrange_cli.report.contents.steps.by_dalembert import (
     applied_work,
     coefficient_law,
@@ -45,16 +46,16 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.analysis.values import Equilibrium
+    from lagrange_cli.mechanics.step_values import VirtualWork
     from lagrange_cli.mechanics.system import Coordinate
 
 
 def principle(writer: StepsWriter) -> Section | None:
     """Return the coefficient of each δq, which vanishes in equilibrium."""
     balances, names = writer.steps.balances, writer.steps.in_coordinates
-    if all(_at_rest(writer, parts.coordinates, k) == 0 for k, parts in enumerate(balances)):
+    if all(_at_rest(writer, parts.coordinates, parts) == 0 for parts in balances):
         names = ()
-    inertia = [parts.inertia + parts.turning for parts in balances]
-    if any(_at_rest(writer, e, k) != 0 for k, e in enumerate(inertia)):
+    if any(_at_rest(writer, parts.inertia + parts.turning, parts) != 0 for parts in balances):
         whole = work_with_inertia(writer, *writer.displaced)
         law, force = total_work(writer, whole, names), NOTHING
         text = say(
@@ -78,12 +79,12 @@ def principle(writer: StepsWriter) -> Section | None:
         Law(law + " = 0"),
         independent(writer),
         *coefficient_law(writer, names, force),
-        *(block for number in range(len(balances)) for block in _coefficient(writer, number)),
+        *(block for parts in balances for block in _coefficient(writer, parts)),
     )
 
 
-def _at_rest(writer: StepsWriter, expression: Expr, number: int) -> Expr:
-    """Put velocities and accelerations to zero in an expression of a coordinate.
+def _at_rest(writer: StepsWriter, expression: Expr, parts: VirtualWork) -> Expr:
+    """Put velocities and accelerations to zero in an expression of a displacement.
 
     Raises
     ------
@@ -91,35 +92,33 @@ def _at_rest(writer: StepsWriter, expression: Expr, number: int) -> Expr:
         The expression has no value there.
     """
     coordinates = writer.equations.system.coordinates
-    still = at_rest(expression, (s for c in coordinates for s in (c.v, c.a)))
+    spins = [spin_symbol(parts.displacement.name, axis) for axis in "123"]
+    moving = [*(s for c in coordinates for s in (c.v, c.a)), *spins]
+    still = at_rest(expression, [*moving, *(rate_symbol(s.name) for s in spins)])
     if still is None:
-        raise no_value_at_rest(coordinates[number].mark)
+        moved = {q for q, _ in parts.displacement.rates}
+        raise no_value_at_rest(next(c.mark for c in coordinates if c.q in moved))
     return still
 
 
-def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
-    place = writer.coordinate(writer.equations.system.coordinates[number])
-    parts = writer.steps.balances[number]
+def _coefficient(writer: StepsWriter, parts: VirtualWork) -> Iterator[Part]:
+    place = writer.displaced_place(parts.displacement)
     yield Title(say("For {place}:", place=virtual(place)))
     slope = partial(POSITION, place)
     worked, moved, turned, further = (
-        _at_rest(writer, e, number)
+        _at_rest(writer, e, parts)
         for e in (parts.work + parts.torques, parts.inertia, parts.turning, parts.coordinates)
     )
-    turn = writer.spin_by(writer.coordinate(writer.equations.system.coordinates[number], 1))
-    applied = applied_work(writer, slope, turn)
+    applied = applied_work(writer, slope, writer.spin_along(parts.displacement))
     row = replace(writer.row(below("Q", place), worked), middle=applied)
-    pushes = [
-        closure.multiplier * gradient[number]
-        for closure in writer.equations.system.closures
-        if number in (gradient := entries(closure.gradient))
-    ]
+    pushes = _pushes(writer, parts)
     if not pushes and moved == turned == further == 0:
         zero = () if worked == 0 else (writer.tree(sympy.S.Zero),)
         yield formulas([replace(row, chain=(*row.chain, *zero))], result=True)
         return
     rows = [writer.row(work(INERTIA, slope), moved)] if moved != 0 else []
     if turned != 0:
+        turn = writer.spin_along(parts.displacement)
         rows.append(writer.row(work(writer.momentum_rate, turn), turned))
     rows.append(row)
     if further != 0:
@@ -128,6 +127,20 @@ def _coefficient(writer: StepsWriter, number: int) -> Iterator[Part]:
     yield say("so that")
     balance = sympy.Add(worked, -moved, -turned, -further, *pushes)
     yield formulas([Formula("", (writer.tree(balance),))], result=True)
+
+
+def _pushes(writer: StepsWriter, parts: VirtualWork) -> list[Expr]:
+    """Return the forces of multipliers along a displacement."""
+    system = writer.equations.system
+    if parts.displacement.axis:
+        multipliers = {closure.multiplier for closure in system.closures}
+        return [-slope * factor for slope, factor in parts.terms if factor in multipliers]
+    number = next(k for k, c in enumerate(system.coordinates) if c.name == parts.displacement.name)
+    return [
+        closure.multiplier * gradient[number]
+        for closure in system.closures
+        if number in (gradient := entries(closure.gradient))
+    ]
 
 
 def equilibrium(writer: StepsWriter) -> Section | None:

@@ -210,7 +210,7 @@ def _torque(writer: StepsWriter, force: ForceSteps) -> Iterator[Part]:
         yield say("It does no virtual work.")
         return
     slopes = {c.axis: dict(c.partials) for c in turning_of(body).components}
-    torques = {axis: writer.along_spin(writer.torque_letter, body, axis) for axis in slopes}
+    torques = {axis: writer.along_spin(writer.torque_letter, body.name, axis) for axis in slopes}
     rows = [writer.row(torques[axis], e) for axis, e in force.components]
     for q, value in force.generalized:
         products = [

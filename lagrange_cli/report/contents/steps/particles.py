@@ -16,7 +16,6 @@ from lagrange_cli.report.contents.steps.writer import (
     POSITION,
     StepsWriter,
     by_body,
-    displacement,
     is_own_coordinate,
 )
 from lagrange_cli.report.inlines import (
@@ -119,23 +118,23 @@ def accelerations(writer: StepsWriter) -> Section | None:
 
 def displacements(writer: StepsWriter) -> Section | None:
     """Virtual displacements δr = Σ ∂r/∂q δq, at fixed time."""
-    moved = {c.q: displacement(c) for c in writer.equations.system.coordinates}
 
     def rows(part: ComponentSteps) -> Iterable[Formula]:
-        terms = [slope * moved[s] for s, slope in part.partials if s in moved]
+        terms = [slope * symbol for symbol, slope in part.slopes]
         if terms:
             yield writer.row(virtual(writer.cartesian(part.name)), sympy.Add(*terms))
 
-    blocks = list(_by_body(writer, rows))
+    blocks, turns = list(_by_body(writer, rows)), list(turnings.virtual_turns(writer))
     if not (blocks or writer.turning):
         return None
     chain = times(partial(POSITION, PLACE), DISPLACED)
     return section(
         say("Virtual displacements"),
-        say("Coordinates are displaced at a fixed time:"),
+        *turnings.displaced_quaternions(writer),
+        say("Coordinates are displaced at a fixed time:") if blocks or turns else None,
         Law(virtual(POSITION) + " = " + total("j", chain)) if blocks else None,
         *blocks,
-        *turnings.virtual_turns(writer),
+        *turns,
     )
 
 

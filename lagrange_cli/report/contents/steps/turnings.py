@@ -12,7 +12,6 @@ from lagrange_cli.mechanics.elements.motion import QuaternionParts
 from lagrange_cli.report.contents.steps.writer import (
     DISPLACED,
     StepsWriter,
-    displacement,
     turning_of,
 )
 from lagrange_cli.report.inlines import (
@@ -43,7 +42,7 @@ from lagrange_cli.report.tree import (
 )
 
 if TYPE_CHECKING:
-    from sympy import Expr
+    from sympy import Expr, Symbol
 
     from lagrange_cli.mechanics.elements.motion import Turning
     from lagrange_cli.mechanics.step_values import BodySteps, SpinSteps, TurningSteps
@@ -126,17 +125,48 @@ def angular_accelerations(writer: StepsWriter) -> Iterator[Part]:
     yield from _by_turning(writer, lambda body, c: writer.row(writer.spin(body, c.axis, 1), c.rate))
 
 
+def displaced_quaternions(writer: StepsWriter) -> Iterator[Part]:
+    """Yield δq = ½ q ∘ δφ of each quaternion: its body turns about its own axes."""
+    moved: dict[Symbol, list[Expr]] = {}
+    for parts in writer.steps.balances:
+        one = parts.displacement
+        for q, slope in one.rates if one.axis else ():
+            moved.setdefault(q, []).append(2 * slope * one.symbol)
+    if not moved:
+        return
+    yield say("A quaternion keeps its length where its body turns by small angles about its axes:")
+    half = sympy.Rational(1, 2)
+    yield formulas(
+        writer.row(virtual(writer.variable(q)), sympy.Mul(half, sympy.Add(*terms), evaluate=False))
+        for q, terms in moved.items()
+    )
+
+
 def virtual_turns(writer: StepsWriter) -> Iterator[Part]:
-    """Yield δφ = Σ ∂ω/∂q̇ δq, the small angles about the axes of ω."""
+    """Yield δφ = Σ ∂ω/∂q̇ δq, the small angles about the axes of ω.
+
+    Those of a quaternion that turns in space are displacements themselves.
+    """
     if not _has_turns(writer):
         return
-    moved = {c.q: displacement(c) for c in writer.equations.system.coordinates}
+    small_turns = {
+        (parts.displacement.name, parts.displacement.axis): parts.displacement.symbol
+        for parts in writer.steps.balances
+    }
+
+    def moved(body: BodySteps, c: SpinSteps) -> Expr:
+        return sympy.Add(*(slope * symbol for symbol, slope in c.slopes))
+
+    def is_displacement(body: BodySteps, c: SpinSteps) -> bool:
+        return bool(moved(body, c) == small_turns.get((body.name, c.axis)))
 
     def row(body: BodySteps, c: SpinSteps) -> Formula:
-        terms = [slope * moved[s] for s, slope in c.partials if s in moved]
-        small = virtual(writer.along_spin(writer.angle_letter, body, c.axis))
-        return writer.row(small, sympy.Add(*terms))
+        small = virtual(writer.along_spin(writer.angle_letter, body.name, c.axis))
+        return writer.row(small, moved(body, c))
 
+    turns = [(body, c) for body in writer.turning for c in turning_of(body).components]
+    if all(is_displacement(body, c) for body, c in turns):
+        return
     yield say("Bodies turn by small angles about the axes of their angular velocities:")
     chain = times(writer.spin_slope, DISPLACED)
     yield Law(virtual(writer.small_turn) + " = " + total("j", chain))
@@ -147,7 +177,7 @@ def moments(writer: StepsWriter) -> Iterator[Formula]:
     """Yield moments of inertia about centres of mass that have a name here: those that are sums."""
     for body in writer.turning:
         for name, moment in turning_of(body).moments:
-            label = writer.along_spin(writer.inertia_tensor_letter, body, name)
+            label = writer.along_spin(writer.inertia_tensor_letter, body.name, name)
             yield writer.row(label, moment)
 
 
@@ -155,7 +185,9 @@ def torques(writer: StepsWriter) -> Iterator[Part]:
     """Yield the applied torques about centres of mass."""
     yield from _by_turning(
         writer,
-        lambda body, c: writer.row(writer.along_spin(writer.torque_letter, body, c.axis), c.torque),
+        lambda body, c: writer.row(
+            writer.along_spin(writer.torque_letter, body.name, c.axis), c.torque
+        ),
         lambda c: c.torque != 0,
     )
 
@@ -178,7 +210,7 @@ def angular_momenta(writer: StepsWriter) -> Section | None:
         *_by_turning(
             writer,
             lambda body, c: writer.row(
-                rate(writer.along_spin(writer.momentum_letter, body, c.axis)), c.law
+                rate(writer.along_spin(writer.momentum_letter, body.name, c.axis)), c.law
             ),
         ),
     )

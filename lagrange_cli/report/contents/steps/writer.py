@@ -7,8 +7,6 @@ from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import sympy
-
 from lagrange_cli.analysis.symmetries.angular_momentum import angular_momentum_axis
 from lagrange_cli.analysis.symmetries.starting_values import conserved_at_start
 from lagrange_cli.mechanics.step_values import moment_symbol, rate_symbol, spin_symbol
@@ -18,7 +16,7 @@ from lagrange_cli.notation.ordering import labelled_symbol, symbol_of
 from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.tree import Dependence, DisplayNode, DisplaySum, as_terms
 from lagrange_cli.notation.vocabulary import Omission, Vocabulary, vocabulary
-from lagrange_cli.report.contents.sentences import is_generalized_potential
+from lagrange_cli.report.contents.sentences import is_generalized_potential, names_of_lengths
 from lagrange_cli.report.inlines import (
     CROSS,
     DOT,
@@ -53,6 +51,7 @@ if TYPE_CHECKING:
         BodySteps,
         ComponentSteps,
         DerivationSteps,
+        Displacement,
         TurningSteps,
     )
     from lagrange_cli.mechanics.system import Closure, Coordinate
@@ -166,11 +165,14 @@ class StepsWriter(Writer):
         The steps that lead to the equations.
     omission
         Leaves out expressions that are too long to be read; None if all are wanted.
+    read_back
+        True if angular velocities have the names that a scene gives them.
     """
 
     _: KW_ONLY
     steps: DerivationSteps
     omission: Omission | None = None
+    read_back: bool = False
 
     @cached_property
     def words(self) -> Vocabulary:
@@ -184,18 +186,18 @@ class StepsWriter(Writer):
             atoms[name] = symbol_of(name.name, Dependence.COORDINATE, rank)
         for rank, name in enumerate(c.name for c in self.equations.system.cartesian_names):
             atoms[rate_symbol(name)] = symbol_of(name, Dependence.VELOCITY, rank, order=1)
-        for rank, c in enumerate(self.equations.system.coordinates):
-            label = virtual(self.coordinate(c))
-            atoms[displacement(c)] = labelled_symbol(label, Dependence.ACCELERATION, rank)
+        for rank, parts in enumerate(self.steps.balances):
+            label = virtual(self.displaced_place(parts.displacement))
+            atoms[parts.displacement.symbol] = labelled_symbol(label, Dependence.ACCELERATION, rank)
         spins = [(body, c.axis) for body in self.turning for c in turning_of(body).components]
         for rank, (body, axis) in enumerate(spins, len(self.equations.system.coordinates)):
-            spin, name = spin_symbol(body.name, axis), self._spin_name(body, axis)
+            spin, name = spin_symbol(body.name, axis), self._spin_name(body.name, axis)
             atoms[spin] = symbol_of(name, Dependence.VELOCITY, rank)
             rate = rate_symbol(spin.name)
             atoms[rate] = symbol_of(name, Dependence.ACCELERATION, rank, order=1)
         moments = [(body, m) for body in self.turning for m, _ in turning_of(body).moments]
         for rank, (body, moment) in enumerate(moments, -len(moments)):
-            name = self._spin_name(body, moment, self.inertia_tensor_letter)
+            name = self._spin_name(body.name, moment, self.inertia_tensor_letter)
             atoms[moment_symbol(body.name, moment)] = symbol_of(name, Dependence.PARAMETER, rank)
         return replace(usual, atoms=atoms)
 
@@ -259,6 +261,15 @@ class StepsWriter(Writer):
         """Return the derivative of the angular velocity of body i by the rate of a coordinate."""
         return partial(_of_body(self.spin_letter), speed)
 
+    @cached_property
+    def restricting(self) -> tuple[Closure, ...]:
+        """Constraints that restrict displacements; small turns keep the lengths of quaternions."""
+        pushing, balances = self.equations.system.pushing, self.steps.balances
+        if not any(parts.displacement.axis for parts in balances):
+            return pushing
+        lengths = names_of_lengths(self.equations)
+        return tuple(closure for closure in pushing if closure.name not in lengths)
+
     @property
     def displaced(self) -> tuple[Label, Label]:
         """``δr_i`` and ``δφ_i``."""
@@ -312,15 +323,34 @@ class StepsWriter(Writer):
 
     def spin(self, body: BodySteps, axis: str, order: int = 0) -> Label:
         """Return a component of the angular velocity of a body: ``ω_1``."""
-        return symbol(self._spin_name(body, axis), order)
+        return symbol(self._spin_name(body.name, axis), order)
 
-    def along_spin(self, letter: str, body: BodySteps, axis: str) -> Label:
-        """Return the component of a vector with this letter that is along one of ω."""
+    def along_spin(self, letter: str, body: str, axis: str) -> Label:
+        """Return the component of a vector with this letter that is along one of ω of a body."""
         return symbol(self._spin_name(body, axis, letter))
 
-    def _spin_name(self, body: BodySteps, axis: str, letter: str = "") -> str:
-        name = body.name if len(self.turning) > 1 else ""
+    def _spin_name(self, body: str, axis: str, letter: str = "") -> str:
+        if self.read_back and not letter:
+            return str(spin_symbol(body, axis))
+        name = body if len(self.turning) > 1 else ""
         return "_".join(filter(None, (letter or self.spin_letter, axis, name)))
+
+    def displaced_place(self, displacement: Displacement) -> Label:
+        """Return what is displaced: a coordinate, or the angle of a small turn, ``φ_1``."""
+        if displacement.axis:
+            return self.along_spin(self.angle_letter, displacement.name, displacement.axis)
+        return self.coordinate(self._named_coordinate(displacement))
+
+    def spin_along(self, displacement: Displacement) -> Label:
+        """Return ∂ω_i/∂q̇ of a coordinate, or ∂ω_i/∂ω_1 of a small turn."""
+        if displacement.axis:
+            name = self._spin_name(displacement.name, displacement.axis)
+            return self.spin_by(symbol(name))
+        return self.spin_by(self.coordinate(self._named_coordinate(displacement), 1))
+
+    def _named_coordinate(self, displacement: Displacement) -> Coordinate:
+        coordinates = self.equations.system.coordinates
+        return next(c for c in coordinates if c.name == displacement.name)
 
     def factor(self, expression: Expr) -> Label:
         """Return an expression as a factor of a label."""
@@ -346,11 +376,6 @@ def angular_momentum_sentence(
         return None
     sentence = "{momentum} is the angular momentum about the {axis} axis."
     return Paragraph(say(sentence, momentum=letter, axis=Inline(axis)))
-
-
-def displacement(coordinate: Coordinate) -> Symbol:
-    """Return the symbol of δq."""
-    return sympy.Symbol(f"delta({coordinate.name})", real=True)
 
 
 def is_own_coordinate(part: ComponentSteps) -> bool:
