@@ -348,12 +348,16 @@ def _multiply_power(gathered: _Factors, expression: sympy.Expr, words: Vocabular
 
 
 def _oriented(term: SignedNode, expression: sympy.Expr, words: Vocabulary) -> SignedNode:
-    """Turn a difference of parameters so that the one declared first has a plus sign."""
+    """Turn a difference of parameters so that the one declared first has a plus sign.
+
+    One that would have more minus signs than before stays.
+    """
     node = term.node
     is_turned = (
         isinstance(node, DisplaySum)
         and node.traits.level == Dependence.PARAMETER
         and expression not in words.sums
+        and 2 * sum(t.negative for t in node.terms) >= len(node.terms)
         and ordering.pivot_is_negative(node)
     )
     return SignedNode(not term.negative, _negated(node)) if is_turned else term
