@@ -34,13 +34,23 @@ _SYMBOLS: dict[int, tuple[sp.Basic, frozenset[sp.Symbol]]] = {}
 def symbols_in(expr: sp.Basic) -> frozenset[sp.Symbol]:
     """Return the symbols of an expression; nothing here binds any, so that all are free."""
     known = _SYMBOLS.get(id(expr))
-    if known is None:
-        if len(_SYMBOLS) >= _KEPT:
-            _SYMBOLS.clear()
-        inside = (expr,) if expr.is_Symbol else ()
-        symbols = frozenset[sp.Symbol](inside).union(*map(symbols_in, expr.args))
-        known = _SYMBOLS[id(expr)] = expr, symbols
-    return known[1]
+    if known is not None:
+        return known[1]
+    if len(_SYMBOLS) >= _KEPT:
+        _SYMBOLS.clear()
+    # Chains nest more deeply than Python's calls may.
+    stack = [expr]
+    while stack:
+        top = stack[-1]
+        missing = [part for part in top.args if id(part) not in _SYMBOLS]
+        if missing:
+            stack += missing
+        else:
+            inside = (top,) if top.is_Symbol else ()
+            below = (_SYMBOLS[id(part)][1] for part in top.args)
+            _SYMBOLS[id(top)] = top, frozenset[sp.Symbol](inside).union(*below)
+            stack.pop()
+    return _SYMBOLS[id(expr)][1]
 
 
 def distinct_parts(*expressions: sp.Basic) -> Iterator[sp.Basic]:

@@ -118,6 +118,15 @@ def test_a_root_of_a_positive_form_of_a_unit_vector_never_bends() -> None:
     assert not is_analytic(converted("sqrt(sin(x)^2)"), {X})
 
 
+def test_a_nest_as_deep_as_a_long_chain_is_proven_continuous() -> None:
+    nest = X
+    for _ in range(2000):
+        nest = sp.Add(sp.Mul(sp.cos(Y), nest, evaluate=False), X, evaluate=False)
+    energy = sp.Add(sp.Pow(nest, 2, evaluate=False), nest.args[0], evaluate=False)
+    assert is_continuous(energy, {X, Y})
+    assert not is_continuous(energy.func(*energy.args, converted("heaviside(x)")), {X, Y})
+
+
 def test_identities_of_cases_are_proven() -> None:
     assert vanish(converted("piecewise([x, x >= 0], -x) - abs(x)"))
     assert vanish(converted("heaviside(x)*x - max(x, 0)"))

@@ -89,17 +89,9 @@ def _is_polynomial(expression: sp.Expr) -> bool:
     return True
 
 
-def _within_terms(expression: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield the parts of sums, products and analytic functions, each object once."""
-    stack, seen = [expression], set[int]()
-    while stack:
-        for part in stack.pop().args:
-            if id(part) not in seen:
-                seen.add(id(part))
-                if part.is_Add or part.is_Mul or part.func in _ANALYTIC:
-                    stack.append(part)
-                else:
-                    yield part
+def _is_passed(e: sp.Expr) -> bool:
+    """Tell whether an expression is smooth wherever all of its arguments are."""
+    return bool(e.is_Add or e.is_Mul or e.func in _ANALYTIC)
 
 
 class _Natures:
@@ -107,6 +99,8 @@ class _Natures:
         self.moving = moving
         self.known: dict[sp.Expr, _Nature | None] = {}
         self._simple: dict[Hashable, bool] = {}
+        #: Identities of objects within the expression that are smooth.
+        self._smooth: set[int] = set()
 
     def nature(self, e: sp.Expr) -> _Nature | None:
         """Give the nature of an expression; None if it may jump."""
@@ -119,10 +113,9 @@ class _Natures:
         return known
 
     def _nature(self, e: sp.Expr) -> _Nature | None:
-        is_passed = e.is_Add or e.is_Mul or e.func in _ANALYTIC
-        if is_passed and all(self.nature(p) is _SMOOTH for p in _within_terms(e)):
+        if _is_passed(e) and self._has_smooth_parts(e):
             return _SMOOTH
-        if e.is_number or self.moving.isdisjoint(symbols_in(e)):
+        if self.moving.isdisjoint(symbols_in(e)):
             return _SMOOTH
         if isinstance(e, sp.exp):
             return self._function(e)
@@ -140,6 +133,24 @@ class _Natures:
         if e.is_Pow:
             return self._power(e, natures[0])
         return self._function(e)
+
+    def _has_smooth_parts(self, e: sp.Expr) -> bool:
+        """Tell whether the parts of sums, products and analytic functions are smooth.
+
+        Each object is looked at once, in however many expressions it stands.
+        """
+        stack, seen = [e], set[int]()
+        while stack:
+            for part in stack.pop().args:
+                if id(part) in seen or id(part) in self._smooth:
+                    continue
+                seen.add(id(part))
+                if _is_passed(part):
+                    stack.append(part)
+                elif self.nature(part) is not _SMOOTH:
+                    return False
+        self._smooth |= seen
+        return True
 
     def _joins(self, e: sp.Expr) -> bool:
         """Say whether both cases are equal on the surface between them."""
@@ -179,6 +190,8 @@ class _Natures:
     def _power(self, e: sp.Expr, base: _Nature) -> _Nature | None:
         if not e.exp.is_Rational:
             return self._general_power(e, base)
+        if e.exp.is_Integer and e.exp > 0:
+            return base
         if base.infinite and base.bent and e.exp.is_negative:
             return None
         if self.moving & symbols_in(e.base) and _is_plainly_positive(e.base):
