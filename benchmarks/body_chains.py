@@ -11,6 +11,7 @@ M a = f among them.
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import tempfile
 import time
@@ -21,6 +22,7 @@ import numpy as np
 from right_hand_side import FEWEST, LENGTH, compiled, timed
 
 from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.mechanics import derive
 from lagrange_cli.program.operations import count_operations, elimination_operations
 from lagrange_cli.program.program import build_program
@@ -110,6 +112,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, nargs="*", default=[4, 8, 16, 32])
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
+    gc.set_threshold(*COLLECTION)  # as the command line does
     rows = []
     row, files = measured(arm(ARM), "arm", ARM)
     with tempfile.TemporaryDirectory() as folder:
