@@ -131,18 +131,20 @@ class ShortLagrangian:
 
 @dataclass(frozen=True)
 class EulerForm:
-    """Euler's equations of a body that a quaternion q turns, along the axes of the body.
+    """Euler's equations of a body along its axes: I ω̇ + ω × I ω = M.
 
-    They stand for the equations of the four parts of q: I ω̇ + ω × I ω = M with q̇ = ½ q ∘ ω.
+    They stand for the equations of the quaternion or the three angles q that turn it, with q̇
+    over ω.
 
     Attributes
     ----------
     body, numbers
-        Its name, and the numbers of the four coordinates.
+        Its name, and the numbers of the four or three coordinates.
     spins
         ω over q and q̇.
     inertia, gyroscopic, torques
-        Of each axis I ω̇ and −ω × I ω over components of ω and their rates, and M over q, v, t.
+        Of each axis I ω̇ and −ω × I ω over components of ω and their rates, and M over q, ω, other
+        velocities and t.
     rates
         q̇ over q and components of ω.
     kinetic
@@ -158,6 +160,12 @@ class EulerForm:
     rates: tuple[Expr, ...]
     kinetic: Expr
 
+    @property
+    def residuals(self) -> tuple[Expr, ...]:
+        """I ω̇ + ω × I ω − M of each axis."""
+        parts = zip(self.inertia, self.gyroscopic, self.torques, strict=True)
+        return tuple(inertia - gyroscopic - torque for inertia, gyroscopic, torque in parts)
+
 
 @dataclass(frozen=True)
 class TextbookForm:
@@ -172,7 +180,8 @@ class TextbookForm:
     balance
         The rate of the energy where it is not conserved and the rate is short, else None.
     euler
-        Euler's equations of a body by a quaternion, which print in place of its four; else None.
+        Euler's equations of a body that turns freely, None of other systems. They print in place of
+        those of a quaternion.
     """
 
     shown: tuple[ShownEquation, ...]
@@ -260,7 +269,7 @@ class Derivation:
 
     @property
     def euler(self) -> EulerForm | None:
-        """Euler's equations of a body by a quaternion, None of other systems."""
+        """Euler's equations of a body that turns freely, None of other systems."""
         return self.textbook().euler
 
 

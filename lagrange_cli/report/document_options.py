@@ -58,7 +58,10 @@ SECTIONS = (
 DEFAULT_SECTIONS = ",".join(s for s in SECTIONS if s not in ("sketch", "result", "initial"))
 
 #: Forms of the equations.
-FORMS = ("lagrange", "explicit", "first-order", "hamiltonian", "routhian", "small-oscillations")
+FORMS = (
+    *("lagrange", "euler", "explicit", "first-order", "hamiltonian", "routhian"),
+    "small-oscillations",
+)
 
 FORM = Option("form", "the form of the equations", choices=FORMS, default="lagrange")
 

@@ -122,9 +122,9 @@ def certify_lagrangian(evidence: Evidence, derivation: Uncertified, short: Short
 
 
 def certify_euler(evidence: Evidence, derivation: Uncertified, form: EulerForm) -> None:
-    """Check Euler's equations, q̇ = ½ q ∘ ω and T over ω at the first state of the certificate.
+    """Check Euler's equations, q̇ and T over ω at the first state of the certificate.
 
-    Multiplied by ∂q̇/∂ω, M q̈ − f − Σ λ·gradient of the four parts must be I ω̇ + ω × I ω − M.
+    Multiplied by ∂q̇/∂ω, M q̈ − f − Σ λ·gradient of what turns must be I ω̇ + ω × I ω − M.
 
     Raises
     ------
@@ -161,12 +161,12 @@ def _is_euler(
         for shown, derived in zip(values[::2], values[1::2], strict=True):
             if abs(shown - derived) > bound * max(abs(derived), size):
                 return False
-        steps = evaluate(slopes, known)
+        steps, count = evaluate(slopes, known), len(form.numbers)
         parts = zip(form.inertia, form.gyroscopic, form.torques, strict=True)
         for k, (inertia, gyroscopic, torque) in enumerate(parts):
             works = [
                 step * residuals[j][0]
-                for step, j in zip(steps[4 * k : 4 * k + 4], form.numbers, strict=True)
+                for step, j in zip(steps[count * k : count * (k + 1)], form.numbers, strict=True)
             ]
             scale = sum((residuals[j][1] for j in form.numbers), _ZERO)
             terms = evaluate([inertia, -gyroscopic, -torque], known)

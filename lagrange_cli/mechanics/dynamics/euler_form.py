@@ -1,23 +1,26 @@
-"""Euler's equations of one body that a quaternion turns, in place of Lagrange's with a multiplier.
+"""Euler's equations of one body, and the rates of what turns it over its angular velocity.
 
-The rates of a quaternion q of length 1 are q̇ = ½ q ∘ ω with ω along the axes of the body.
-Lagrange's equations of its four parts, multiplied by ½ q ∘ e_k, are the equations along these axes,
+Of a quaternion q of length 1 these are q̇ = ½ q ∘ ω with ω along the axes of the body, of three
+angles the inverse of ω = B(q) q̇, which ends where det B vanishes. Lagrange's equations of the
+four parts or three angles, multiplied by ∂q̇/∂ω_k, are the equations along these axes,
 
     (I ω̇ + ω × I ω)_k = M_k,
 
-without the multiplier, which acts along q (L. D. Landau and E. M. Lifshitz, *Mechanics*, 3rd ed.
-1976, section 36).
+without the multiplier of a quaternion, which acts along q (L. D. Landau and E. M. Lifshitz,
+*Mechanics*, 3rd ed. 1976, sections 35 and 36).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.factor import factored
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
+from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.equations import EulerForm
 from lagrange_cli.mechanics.free_symbols import symbols_in
@@ -36,45 +39,108 @@ _MOST_TERMS = 400
 
 
 def euler_form(derivation: Uncertified) -> EulerForm | None:
-    """Return Euler's equations; None unless the scene is one body, by a quaternion against space.
+    """Return Euler's equations; None unless the scene is one body that turns freely in space.
 
-    The body turns about its centre of mass, wherever that moves, or about its origin, at rest.
+    A quaternion or three angles turn it, about its centre of mass, wherever that moves, or about
+    its origin, at rest.
     """
     reduced = derivation.reduced
     body = _lone_body(derivation)
     if body is None:
         return None
-    parts = [reduced.names.convert(part) for part in lone_quaternion(body)]
-    numbers = tuple(k for part in parts for k, c in enumerate(reduced.coordinates) if c.q == part)
-    if len(numbers) != 4 or not _is_apart(derivation, body, numbers):
+    spins = [_resolved(reduced, e) for e in body.spin]
+    turned = _by_quaternion(reduced, body) or _by_angles(reduced, spins)
+    if turned is None or not _is_apart(derivation, body, turned.numbers):
         return None
-    tensor = _tensor(reduced, body, is_pivot=len(reduced.coordinates) == 4)
-    spins = tuple(spin_symbol(body.name, axis) for axis in _AXES)
-    quaternion = [reduced.coordinates[k] for k in numbers]
-    steps = rates_of_quaternion([c.q for c in quaternion])
-    loads = [_load(derivation, k) for k in numbers]
-    torques = tuple(
-        _torque([g * load for g, load in zip(step, loads, strict=True)], quaternion)
-        for step in steps
-    )
+    coordinates = [reduced.coordinates[k] for k in turned.numbers]
+    is_pivot = len(coordinates) == len(reduced.coordinates)
+    tensor = _tensor(reduced, body, is_pivot=is_pivot)
+    symbols = tuple(spin_symbol(body.name, axis) for axis in _AXES)
+    loads = [_load(derivation, k) for k in turned.numbers]
+    over_spins = _over_spins(turned.steps, symbols)
+    moved = {c.v: sp.Add(*terms) for c, terms in zip(coordinates, over_spins, strict=True)}
+    loads = [load.xreplace(moved) for load in loads]
+    works = [[g * load for g, load in zip(step, loads, strict=True)] for step in turned.steps]
     motions = [derivation.velocity[s] for s in reduced.elements[0].centre]
-    moving = sp.Add(*(v**2 for v in motions)) if len(reduced.coordinates) > 4 else _ZERO
+    moving = _ZERO if is_pivot else sp.Add(*(v**2 for v in motions))
+    if turned.is_quaternion:
+        doubled = [[2 * g for g in step] for step in turned.steps]
+        shown = tuple(
+            _scaled(sp.Integer(2), [g * c.v for g, c in zip(step, coordinates, strict=True)])
+            for step in doubled
+        )
+        rates = tuple(_scaled(_HALF, terms) for terms in _over_spins(doubled, symbols))
+        torques = tuple(_torque(work, coordinates) for work in works)
+    else:
+        shown = tuple(spins)
+        rates = tuple(map(_over_denominators, over_spins))
+        torques = tuple(shortened(sp.Add(*work)) for work in works)
     return EulerForm(
         body=body.name,
-        numbers=numbers,
-        spins=tuple(
-            _scaled(sp.Integer(2), [2 * step[j] * c.v for j, c in enumerate(quaternion)])
-            for step in steps
-        ),
-        inertia=tuple(_rate_of_momentum(tensor, spins, k) for k in range(3)),
-        gyroscopic=tuple(_gyroscopic(tensor, spins, k) for k in range(3)),
+        numbers=turned.numbers,
+        spins=shown,
+        inertia=tuple(_rate_of_momentum(tensor, symbols, k) for k in range(3)),
+        gyroscopic=tuple(_gyroscopic(tensor, symbols, k) for k in range(3)),
         torques=torques,
-        rates=tuple(
-            _scaled(_HALF, [2 * step[j] * w for step, w in zip(steps, spins, strict=True)])
-            for j in range(4)
-        ),
-        kinetic=reduced.masses[0] * moving / 2 + _energy(tensor, spins),
+        rates=rates,
+        kinetic=reduced.masses[0] * moving / 2 + _energy(tensor, symbols),
     )
+
+
+@dataclass(frozen=True)
+class _Turned:
+    """The coordinates that turn a body.
+
+    Attributes
+    ----------
+    numbers
+        Numbers of the four parts of a quaternion, or of three angles.
+    steps
+        ∂q̇/∂ω_k for each of the three axes.
+    """
+
+    numbers: tuple[int, ...]
+    steps: Sequence[Sequence[sp.Expr]]
+
+    @property
+    def is_quaternion(self) -> bool:
+        return len(self.numbers) == 4
+
+
+def _by_quaternion(reduced: Reduced, body: Body) -> _Turned | None:
+    parts = [reduced.names.convert(part) for part in lone_quaternion(body)]
+    numbers = tuple(k for part in parts for k, c in enumerate(reduced.coordinates) if c.q == part)
+    return _Turned(numbers, rates_of_quaternion(parts)) if len(numbers) == 4 else None
+
+
+def _by_angles(reduced: Reduced, spins: Sequence[sp.Expr]) -> _Turned | None:
+    """Return three coordinates over whose rates alone ω is linear, with the inverse of that."""
+    present = {s for spin in spins for s in symbols_in(spin)}
+    numbers = tuple(k for k, c in enumerate(reduced.coordinates) if c.v in present)
+    if len(numbers) != 3:
+        return None
+    rates = [reduced.coordinates[k].v for k in numbers]
+    slopes = sp.Matrix([[derivative(spin, v) for v in rates] for spin in spins])
+    lacking = [
+        spin - sp.Add(*(g * v for g, v in zip(row, rates, strict=True)))
+        for spin, row in zip(spins, slopes.tolist(), strict=True)
+    ]
+    if any(sp.expand(e) != 0 for e in lacking):
+        return None  # turned in time, too
+    determinant = shortened(slopes.det(method="berkowitz"))
+    if determinant == 0:
+        return None
+    inverse = slopes.adjugate().applyfunc(lambda e: shortened(shortened(e) / determinant))
+    return _Turned(numbers, inverse.T.tolist())
+
+
+def _over_spins(
+    steps: Sequence[Sequence[sp.Expr]], symbols: Sequence[sp.Symbol]
+) -> list[list[sp.Expr]]:
+    """Terms of q̇ over the components of ω, of each coordinate."""
+    return [
+        [g * w for g, w in zip(column, symbols, strict=True)] for column in zip(*steps, strict=True)
+    ]
 
 
 def rates_of_quaternion(q: Sequence[sp.Expr]) -> list[list[sp.Expr]]:
@@ -84,15 +150,26 @@ def rates_of_quaternion(q: Sequence[sp.Expr]) -> list[list[sp.Expr]]:
     return [[_HALF * part for part in product] for product in products]
 
 
+def _over_denominators(terms: Sequence[sp.Expr]) -> sp.Expr:
+    """Sum terms, those over one denominator together."""
+    numerators: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in terms:
+        above, below = sp.fraction(term)
+        numerators.setdefault(below, []).append(above)
+    return sp.Add(*(factored(above) / below for below, above in numerators.items()))
+
+
 def _lone_body(derivation: Uncertified) -> Body | None:
     scene = derivation.reduced.scene
-    if len(scene.particles) != 1 or derivation.contacts or len(derivation.closures) != 1:
+    lengths = [c.name for c in scene.constraints if c.keeps_length]
+    closures = [closure.name for closure in derivation.closures]
+    if len(scene.particles) != 1 or derivation.contacts or closures != lengths:
         return None
     (body,) = scene.particles
-    if not isinstance(body, Body) or body.on is not None:
+    if not isinstance(body, Body) or body.on is not None or body.planar:
         return None
     declared = [term for term in scene.kinetic if term.name != rotation_term(body.name)]
-    return None if declared or not lone_quaternion(body) else body
+    return None if declared else body
 
 
 def lone_quaternion(body: Body) -> tuple[Expression, ...]:
@@ -103,16 +180,17 @@ def lone_quaternion(body: Body) -> tuple[Expression, ...]:
 
 
 def _is_apart(derivation: Uncertified, body: Body, numbers: Sequence[int]) -> bool:
-    """Say whether no place moves with the quaternion, or nothing else moves."""
+    """Say whether no place moves with the turn, or nothing else moves."""
     reduced = derivation.reduced
-    quaternion = {reduced.coordinates[k].q for k in numbers}
+    turning = {reduced.coordinates[k].q for k in numbers}
     speeds = {c.v for c in reduced.coordinates}
     if not speeds.isdisjoint(symbols_in(derivation.potential)):
         return False
-    if not set(entries(derivation.closures[0].gradient)) <= set(numbers):
-        return False
+    for closure in derivation.closures:
+        if not set(entries(closure.gradient)) <= set(numbers):
+            return False
     places = [reduced.resolved[s] for s in reduced.elements[0].centre]
-    if len(reduced.coordinates) == 4:
+    if len(reduced.coordinates) == len(numbers):
         rotation = [_resolved(reduced, e) for e in body.rotation]
         arm = [_resolved(reduced, part) for part in body.centre or ()] or [_ZERO] * 3
         turned = [
@@ -120,10 +198,10 @@ def _is_apart(derivation: Uncertified, body: Body, numbers: Sequence[int]) -> bo
             for k in (0, 3, 6)
         ]
         places = [sp.expand(p - e) for p, e in zip(places, turned, strict=True)]
-        quaternion |= {reduced.names.t}
+        turning |= {reduced.names.t}
     elif body.centre is not None:
         return False
-    return quaternion.isdisjoint({s for p in places for s in symbols_in(p)})
+    return turning.isdisjoint({s for p in places for s in symbols_in(p)})
 
 
 def _resolved(reduced: Reduced, expression: Expression) -> sp.Expr:

@@ -22,6 +22,7 @@ from lagrange_cli.notation.printers.scene import ScenePrinter
 from lagrange_cli.notation.scene_language import ExpressionPrinter
 from lagrange_cli.notation.tree import DisplayNode, SignedNode, as_terms
 from lagrange_cli.notation.vocabulary import vocabulary
+from lagrange_cli.report.contents.derivation.writer import has_quaternion
 from lagrange_cli.report.values.expressions import (
     MATRIX,
     ROW,
@@ -57,7 +58,7 @@ _EXPRESSIONS = (
     *("states", "controllers", "inputs", "outputs"),
     *("constraint_forces", "constraint_multipliers"),
     *("hamiltonian", "canonical", "routhian", "effective_potential", "gyroscopic", "recovered"),
-    *("first_order", "small_oscillations"),
+    *("first_order", "small_oscillations", "euler"),
 )
 
 
@@ -77,7 +78,8 @@ def derivation_report(
         closure, or the closure differentiated. ``hamiltonian``: H and the canonical equations
         beside Lagrange's. ``routhian``: those of the coordinates that are not ignored.
         ``first-order``: with velocities as unknowns, ``small-oscillations``: about an
-        equilibrium, both beside Lagrange's.
+        equilibrium, both beside Lagrange's. ``euler``: Euler's equations of one body, beside
+        Lagrange's, as those of a body by a quaternion are without being asked for.
     latex
         The key ``latex`` has the values that hold expressions once more, these in LaTeX, and
         how the symbols print.
@@ -103,7 +105,7 @@ def derivation_type() -> JsonObject[Any]:
     from lagrange_cli.report.values import forms
 
     further: list[JsonObject[Any]] = [forms.HAMILTONIAN, forms.BRACKETS, forms.ROUTHIAN]
-    further += [_EXPLICIT, forms.FIRST_ORDER, forms.SMALL_OSCILLATIONS]
+    further += [_EXPLICIT, forms.FIRST_ORDER, forms.SMALL_OSCILLATIONS, forms.EULER]
     always = {key.name: key for key in (*SYSTEM.keys, *_LAGRANGE.keys)}
     others = {key.name: key for kind in further for key in optional(*kind.keys)}
     keys: tuple[Key[Any], ...] = (*(always | others | always).values(), *FINDINGS.keys)
@@ -145,6 +147,10 @@ def _in_form(equations: Equations, form: str, say: ExpressionPrinter) -> dict[st
         from lagrange_cli.report.values.forms import small_oscillations_report
 
         return report | small_oscillations_report(equations, say)
+    if form == "euler" or has_quaternion(equations):
+        from lagrange_cli.report.values.forms import euler_report
+
+        return report | euler_report(equations, say, is_required=form == "euler")
     return report
 
 

@@ -8,11 +8,15 @@ from lagrange_cli.analysis.forms.hamiltonian import hamiltonian_form
 from lagrange_cli.analysis.forms.routhian import routhian_form
 from lagrange_cli.analysis.small_oscillations import small_oscillations
 from lagrange_cli.mechanics.dynamics.accelerations import differentiated, explicit_form
+from lagrange_cli.mechanics.step_values import spin_symbol
+from lagrange_cli.notation.symbols import latex_name
 from lagrange_cli.notation.vocabulary import with_symbols
+from lagrange_cli.report.contents.derivation.writer import required_euler, with_spins
 from lagrange_cli.report.contents.forms.brackets import quantity_names
 from lagrange_cli.report.contents.forms.contents import velocity_letter, with_velocities
 from lagrange_cli.report.contents.forms.small_oscillations import ModeLetters, with_displacements
 from lagrange_cli.report.contents.forms.writer import with_momenta
+from lagrange_cli.report.contents.steps.writer import Writer
 from lagrange_cli.report.values.expressions import (
     CERTIFICATE,
     COMPLEX,
@@ -48,7 +52,7 @@ if TYPE_CHECKING:
     from lagrange_cli.analysis.forms.momenta import Momentum
     from lagrange_cli.analysis.forms.routhian import Routhian
     from lagrange_cli.analysis.small_oscillations import NormalMode, SmallOscillations
-    from lagrange_cli.mechanics.equations import Equations, ShownEquation
+    from lagrange_cli.mechanics.equations import Equations, EulerForm, ShownEquation
     from lagrange_cli.mechanics.findings import PoissonBracket, PoissonBrackets
     from lagrange_cli.mechanics.system import Coordinate
     from lagrange_cli.notation.scene_language import ExpressionPrinter
@@ -286,6 +290,65 @@ def first_order_report(equations: Equations, say: ExpressionPrinter) -> dict[str
         [(state.name, state.rate) for state in equations.system.states],
     )
     return FIRST_ORDER.write(form, say.knowing(with_velocities(say.words, equations, letter)))
+
+
+# Euler's equations.
+
+
+class _NamedEuler(NamedTuple):
+    """Euler's equations with the names of the components of ω, and of the coordinates."""
+
+    form: EulerForm
+    spins: Sequence[str]
+    coordinates: Sequence[str]
+
+
+_AXIS: JsonObject[tuple[str, Expr]] = JsonObject(
+    Key("spin", TEXT, "The component of the angular velocity.", lambda pair: pair[0]),
+    Key("residual", EXPRESSION, "I ω̇ + ω × I ω − M, which equals zero.", lambda pair: pair[1]),
+)
+_EULER: JsonObject[_NamedEuler] = JsonObject(
+    Key("body", TEXT, "The body, along whose axes they are.", lambda named: named.form.body),
+    Key(
+        "equations",
+        list_of(_AXIS),
+        "Those of the three axes.",
+        lambda named: zip(named.spins, named.form.residuals, strict=True),
+    ),
+    Key(
+        "spins",
+        by_name(EXPRESSION),
+        "The angular velocity over coordinates and their rates.",
+        lambda named: dict(zip(named.spins, named.form.spins, strict=True)),
+    ),
+    Key(
+        "rates",
+        by_name(EXPRESSION),
+        "The rates of the coordinates that turn the body over its angular velocity.",
+        lambda named: dict(
+            zip((named.coordinates[k] for k in named.form.numbers), named.form.rates, strict=True)
+        ),
+    ),
+    Key("kinetic", EXPRESSION, "T over the angular velocity.", lambda named: named.form.kinetic),
+)
+EULER: JsonObject[_NamedEuler] = JsonObject(
+    Key("euler", _EULER, "Euler's equations of one body.", lambda named: named)
+)
+
+
+def euler_report(
+    equations: Equations, say: ExpressionPrinter, *, is_required: bool
+) -> dict[str, Any]:
+    """Return Euler's equations; none if there are none and they are not required."""
+    form = required_euler(equations) if is_required else equations.derivation.euler
+    if form is None:
+        return {}
+    letter = Writer(equations).spin_letter
+    names = [(str(spin_symbol(form.body, axis)), latex_name(f"{letter}_{axis}")) for axis in "123"]
+    named = _NamedEuler(
+        form, [name for name, _ in names], [c.name for c in equations.system.coordinates]
+    )
+    return EULER.write(named, say.knowing(with_spins(say.words, form, names)))
 
 
 # Small oscillations.

@@ -201,7 +201,7 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
     ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
     """
     steps = writer.equations.derivation.steps
-    writer = replace(writer, by_euler=form == "lagrange")
+    writer = replace(writer, form=form)
     if steps is None:
         above, below = _above(writer, parts, form), _below(writer, parts, form)
     else:

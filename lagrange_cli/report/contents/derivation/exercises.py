@@ -183,6 +183,7 @@ def _stated_terms(equations: Equations) -> DerivationSteps:
 
 #: Form of the equations → the task of bringing them into it.
 _FORMS = {
+    "euler": say("Write Euler's equations along the axes of the body."),
     "explicit": say("Solve them for the accelerations."),
     "first-order": say("Write them as equations of first order."),
     "hamiltonian": say("Find the Hamiltonian and the canonical equations."),

@@ -13,6 +13,7 @@ from lagrange_cli.mechanics.dynamics.accelerations import (
 )
 from lagrange_cli.mechanics.families.forms import FamilyRow
 from lagrange_cli.notation.build import display_row, display_sum
+from lagrange_cli.report.contents.derivation.euler import eulers_equations
 from lagrange_cli.report.contents.derivation.writer import DocumentWriter
 from lagrange_cli.report.contents.sentences import (
     contacts_lines,
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.dynamics.accelerations import ExplicitForm
-    from lagrange_cli.mechanics.equations import EulerForm, ShownEquation
+    from lagrange_cli.mechanics.equations import ShownEquation
     from lagrange_cli.mechanics.kinks import Switch
     from lagrange_cli.mechanics.system import State
 
@@ -64,7 +65,9 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
     if form == "explicit":
         return _solved(writer, heading)
     if writer.euler is not None:
-        return _by_euler(writer, writer.euler, heading)
+        rows = lagrange_equations(writer)
+        of_centre = [row for k, row in enumerate(rows) if k not in writer.euler.numbers]
+        return eulers_equations(writer, writer.euler, heading, of_centre)
     return section(
         heading,
         Paragraph(say("Lagrange's equations,"), only="document"),
@@ -72,34 +75,6 @@ def motion(writer: DocumentWriter, form: str) -> Section | None:
         Paragraph(say("read"), only="document"),
         formulas(lagrange_equations(writer), result=True),
         writer.paragraph(*_divided(writer), only="document"),
-    )
-
-
-def _by_euler(writer: DocumentWriter, form: EulerForm, heading: Written) -> Section | None:
-    """Return Euler's equations and the rates of the quaternion, then Lagrange's of the centre."""
-    coordinates = writer.equations.system.coordinates
-    spins = [symbol(writer.spin_name(form, axis)) for axis in "123"]
-    laws = [
-        Formula("", (writer.tree(inertia), writer.tree(gyroscopic + torque)), name=spin)
-        for spin, inertia, gyroscopic, torque in zip(
-            spins, form.inertia, form.gyroscopic, form.torques, strict=True
-        )
-    ]
-    rates = [
-        writer.row(writer.coordinate(coordinates[k], 1), rate)
-        for k, rate in zip(form.numbers, form.rates, strict=True)
-    ]
-    of_centre = [row for k, row in enumerate(lagrange_equations(writer)) if k not in form.numbers]
-    return section(
-        heading,
-        Paragraph(say("Euler's equations along the axes of {body}:", body=Plain(form.body))),
-        formulas(laws, result=True),
-        Paragraph(say("Here")),
-        formulas(writer.row(label, spin) for label, spin in zip(spins, form.spins, strict=True)),
-        Paragraph(say("so that the quaternion changes at the rates")),
-        formulas(rates, result=True),
-        Paragraph(say("Lagrange's equations of the centre of mass:")) if of_centre else None,
-        formulas(of_centre, result=True),
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.elements.motion import QuaternionParts
 from lagrange_cli.mechanics.families.families import Families, families_in
 from lagrange_cli.mechanics.families.forms import FamilyRow, Form
@@ -36,6 +37,60 @@ def has_quaternion(equations: Equations) -> bool:
     return any(isinstance(turn, QuaternionParts) for t in turnings for turn in t.turns)
 
 
+def printed_euler(equations: Equations) -> EulerForm | None:
+    """Return Euler's equations where they print in place of those of a quaternion."""
+    derivation = equations.derivation
+    has_lagranges = derivation.steps is not None or not has_quaternion(equations)
+    return None if has_lagranges else derivation.euler
+
+
+def required_euler(equations: Equations) -> EulerForm:
+    """Return Euler's equations.
+
+    Raises
+    ------
+    InputError
+        The system is not one body that turns freely.
+    """
+    form = equations.derivation.euler
+    if form is not None:
+        return form
+    raise InputError(
+        Problem(
+            f"'{equations.presentation.name}' is not one rigid body that a quaternion or three"
+            " angles turn, about its centre of mass or about its origin at rest",
+            Mark(equations.presentation.file, 1, 1),
+            hint="--form lagrange writes the equations of every system",
+            rule="no-euler",
+        )
+    )
+
+
+def with_spins(
+    words: Vocabulary, form: EulerForm, names: Sequence[tuple[str, str | None]]
+) -> Vocabulary:
+    """Return the vocabulary with components of ω, each with its name and LaTeX."""
+    atoms, sums = dict(words.atoms), dict(words.sums)
+    sums |= _cyclic_differences(form.gyroscopic)
+    for rank, (axis, (name, latex)) in enumerate(zip("123", names, strict=True), len(atoms)):
+        spin = spin_symbol(form.body, axis)
+        rate = rate_symbol(spin.name)
+        atoms[spin] = symbol_of(name, Dependence.VELOCITY, rank, latex=latex)
+        atoms[rate] = symbol_of(name, Dependence.ACCELERATION, rank, order=1, latex=latex)
+    return replace(words, atoms=atoms, sums=sums)
+
+
+def _cyclic_differences(
+    torques: Sequence[Expr],
+) -> Iterator[tuple[Expr, tuple[tuple[Expr, ...], bool]]]:
+    """Yield differences of moments in −ω × I ω with their terms in cyclic order, as I3 - I1."""
+    for term in (term for torque in torques for term in sympy.Add.make_args(torque)):
+        for factor in sympy.Mul.make_args(term):
+            if factor.is_Add and len(factor.args) == 2:
+                falling = sorted(factor.args, key=lambda e: bool(e.could_extract_minus_sign()))
+                yield factor, (tuple(falling), False)
+
+
 @dataclass(frozen=True)
 class DocumentWriter(Writer):
     """Writes labels and rows of a document.
@@ -48,8 +103,9 @@ class DocumentWriter(Writer):
         True if every element of indexed families is shown, and expressions of any length.
     read_back
         True if equations are to be read as a scene is, over accelerations.
-    by_euler
-        True if Euler's equations stand for those of a quaternion, as in other forms they do not.
+    form
+        The form of the equations: ``lagrange``, in which Euler's stand for those of a quaternion,
+        ``euler``, or another one.
     abbreviated
         Names of the abbreviations that what was written so far holds.
     """
@@ -57,7 +113,7 @@ class DocumentWriter(Writer):
     abbreviating: bool = True
     written_out: bool = False
     read_back: bool = False
-    by_euler: bool = True
+    form: str = "lagrange"
     abbreviated: set[str] = field(default_factory=set)
 
     @cached_property
@@ -67,12 +123,8 @@ class DocumentWriter(Writer):
         usual = vocabulary(self.equations, abbreviating=abbreviating, omission=self.omission)
         if self.euler is None:
             return usual
-        atoms = dict(usual.atoms)
-        for rank, axis in enumerate("123", len(self.equations.system.coordinates)):
-            spin, name = spin_symbol(self.euler.body, axis), self.spin_name(self.euler, axis)
-            atoms[spin] = symbol_of(name, Dependence.VELOCITY, rank)
-            atoms[rate_symbol(spin.name)] = symbol_of(name, Dependence.ACCELERATION, rank, order=1)
-        return replace(usual, atoms=atoms)
+        names = [(self.spin_name(self.euler, axis), None) for axis in "123"]
+        return with_spins(usual, self.euler, names)
 
     def spin_name(self, form: EulerForm, axis: str) -> str:
         """Return the name of a component of ω, that of a scene where it is to be read as one."""
@@ -82,11 +134,16 @@ class DocumentWriter(Writer):
 
     @cached_property
     def euler(self) -> EulerForm | None:
-        """Euler's equations of a body by a quaternion, None of other systems and in steps."""
-        derivation = self.equations.derivation
-        if derivation.steps is not None or not self.by_euler:
-            return None
-        return derivation.euler if has_quaternion(self.equations) else None
+        """Euler's equations where they print; in steps they are asked for.
+
+        Raises
+        ------
+        InputError
+            They are asked for, and there are none.
+        """
+        if self.form == "euler":
+            return required_euler(self.equations)
+        return printed_euler(self.equations) if self.form == "lagrange" else None
 
     # -- what is left out -----------------------------------------------------------
 
