@@ -222,6 +222,8 @@ class Closure:
     Attributes
     ----------
     name
+        Name of the constraint, numbered if that keeps several equations.
+    constraint
         Name of the constraint.
     kind
         ``position`` or ``velocity``.
@@ -242,6 +244,7 @@ class Closure:
     """
 
     name: str
+    constraint: str
     kind: Literal["position", "velocity"]
     expression: Expr
     gradient: Sequence[Expr]

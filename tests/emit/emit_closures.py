@@ -23,7 +23,7 @@ def closure(name, expression, coordinates, text="", kind="position"):
     rate = constant + sum(g * c.v for g, c in zip(gradient, coordinates, strict=True))
     bias = sp.diff(rate, systems.T) + sum(sp.diff(rate, c.q) * c.v for c in coordinates)
     multiplier = sp.Symbol(f"lambda_{name}", real=True)
-    return Closure(name, kind, expression, gradient, constant, bias, multiplier, text)
+    return Closure(name, name, kind, expression, gradient, constant, bias, multiplier, text)
 
 
 def closed(equations, closures, name, initial=None):

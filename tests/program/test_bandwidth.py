@@ -39,6 +39,7 @@ def rod(name, ends, coordinates):
     multiplier = sp.Symbol(f"lambda_{name}", real=True)
     return Closure(
         name,
+        name,
         "position",
         phi,
         ExpressionRow(len(coordinates), gradient),

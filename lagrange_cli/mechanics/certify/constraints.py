@@ -39,7 +39,7 @@ class ClosureCheck:
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
         lengths = {c.name for c in derivation.reduced.scene.constraints if c.keeps_length}
-        self._of_lengths = [k for k, c in enumerate(self.closures) if c.name in lengths]
+        self._of_lengths = [k for k, c in enumerate(self.closures) if c.constraint in lengths]
 
     def draw(self, point: SamplePoint, sampler: Sampler) -> SamplePoint:
         """The point with velocities that satisfy the closures, and random multipliers."""

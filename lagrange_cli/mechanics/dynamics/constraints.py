@@ -106,6 +106,7 @@ def _closure(
     gradient = {numbers[j]: member.renamed(entry) for j, entry in parts.gradient.items()}
     return Closure(
         name=name,
+        constraint=equation.name,
         kind=equation.kind,
         expression=member.renamed(parts.expression),
         gradient=ExpressionRow(families.width, gradient),

@@ -209,7 +209,7 @@ def _pushes(
     lengths = {c.name for c in reduced.scene.constraints if c.keeps_length}
     for closure in derivation.pushing:
         gradient = {reduced.coordinates[k].q: e for k, e in entries(closure.gradient).items()}
-        slope = _ZERO if closure.name in lengths else displacements.along(one, gradient)
+        slope = _ZERO if closure.constraint in lengths else displacements.along(one, gradient)
         if slope != 0:
             yield -slope, closure.multiplier
 

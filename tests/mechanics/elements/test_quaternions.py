@@ -98,3 +98,12 @@ def test_a_length_that_is_not_1_is_refused_with_its_place() -> None:
     (problem,) = caught.value.problems
     assert "violate constraint 'unit_base'" in problem.message
     assert problem.mark is not None
+
+
+def test_two_quaternions_of_one_body_are_refused_at_the_coordinate() -> None:
+    """A ball joint on a frame without mass turns what is free to turn."""
+    body = "{turn: [quaternion: [p0, p1, p2, p3], quaternion: [e0, e1, e2, e3]], mass: 1"
+    scene = f"bodies: {{b: {body}, inertia: [1, 2, 2.5]}}}}\n"
+    scene += "coordinates: [p0, p1, p2, p3, e0, e1, e2, e3]\n"
+    with pytest.raises(InputError, match="coordinate '[pe]1' has no inertia of its own"):
+        derive(read_text(scene))
