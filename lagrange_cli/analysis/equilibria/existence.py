@@ -27,6 +27,7 @@ from lagrange_cli.analysis.interval_values import BITS, Interval, around, holds_
 from lagrange_cli.analysis.symmetries.linear_symmetries import linear_symmetries
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Matrix, Mpf
 from lagrange_cli.mechanics.algebra.substitution import has_value
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import vanish
 
@@ -98,8 +99,24 @@ class EquilibriumProver:
             for numbers, part in self._parts(list(unknown)):
                 radii = self._radii(part, numbers)
                 if radii is not None:
-                    return self._numeric(numbers, part, radii)
-            return self._exact_near(unknown)
+                    return self._in_continuum(self._numeric(numbers, part, radii))
+            point = self._exact_near(unknown)
+            return None if point is None else self._in_continuum(point)
+
+    def _in_continuum(self, point: Equilibrium) -> Equilibrium:
+        """Say of an equilibrium whether symmetries carry it on, whatever proved that it is one.
+
+        The flow of a symmetry of potential forces and constraints takes equilibria to equilibria.
+        """
+        if not point.isolated or not is_of_potential(self.system):
+            return point
+        numbers = [*(point.position or ()), *(point.multipliers or ())]
+        jacobian = self.system.functions.residuals(np.array([[float(x)] for x in numbers]))[1][0]
+        if not np.isfinite(jacobian).all() or not self._is_degenerate(jacobian[self.rows]):
+            return point
+        fields = self._fields_at(numbers)
+        moving = [k for k in self.columns if k < self.system.functions.n]
+        return replace(point, isolated=not (np.abs(fields[:, moving]) > _FLAT).any())
 
     def is_excluded(self, unknown: Sequence[Mpf]) -> bool:
         """Say whether it is proven that there is no equilibrium near a point."""
@@ -152,6 +169,7 @@ class EquilibriumProver:
         """Keep the coordinates that symmetries move, and leave out their equations."""
         missing = len(self.rows) - self._rank(jacobian, self.rows)
         fields = self._fields_at(unknown) if missing else np.zeros((0, 0))
+        fields = fields[_independent(fields)]
         if missing and len(fields) == missing:
             fixed = _pivots(fields)
             rows = [row for row in self.rows if row not in fixed]
@@ -183,6 +201,12 @@ class EquilibriumProver:
     def _rank(self, jacobian: Matrix, rows: Sequence[int]) -> int:
         scaled = _row_scaled(jacobian[list(rows)])
         return int(np.linalg.matrix_rank(scaled, tol=_FLAT)) if scaled.size else 0
+
+    def _is_degenerate(self, rows: Matrix) -> bool:
+        """Say whether equations may depend on each other: a small row may be rounding."""
+        sizes = np.abs(rows).max(axis=1, initial=0.0)
+        is_small = sizes <= _FLAT * sizes.max(initial=0.0)
+        return bool(is_small.any()) or self._rank(rows, range(len(rows))) < len(rows)
 
     def _fields_at(self, unknown: Sequence[Mpf]) -> Matrix:
         """Return the directions at a point along which forces keep their balance, one a row."""
@@ -330,6 +354,18 @@ class EquilibriumProver:
         return all(abs(x) < _BALANCED for x in values)
 
 
+def is_of_potential(system: RestSystem) -> bool:
+    """Say whether a potential over coordinates and constraints between them alone balance."""
+    mechanical = system.equations.system
+    return not (
+        mechanical.forces
+        or system.states
+        or system.free_to_give
+        or any(c.kind == "velocity" for c in mechanical.closures)
+        or not {c.v for c in mechanical.coordinates}.isdisjoint(symbols_in(mechanical.potential))
+    )
+
+
 def _row_scaled(matrix: Matrix) -> Matrix:
     sizes = np.abs(matrix).max(axis=1, initial=0.0)
     return np.asarray(matrix / np.where(sizes > 0, sizes, 1.0)[:, None])
@@ -338,6 +374,14 @@ def _row_scaled(matrix: Matrix) -> Matrix:
 def _pivots(rows: Matrix) -> list[int]:
     """Return the numbers of columns in which rows are independent, as many as there are rows."""
     return [int(k) for k in scipy.linalg.qr(rows, mode="r", pivoting=True)[1][: len(rows)]]
+
+
+def _independent(rows: Matrix) -> list[int]:
+    """Return the numbers of rows that are independent: turns may coincide at a configuration."""
+    if not rows.any():
+        return []
+    rank = int(np.linalg.matrix_rank(_row_scaled(rows), tol=_FLAT))
+    return sorted(int(k) for k in scipy.linalg.qr(rows.T, mode="r", pivoting=True)[1][:rank])
 
 
 def _solved(

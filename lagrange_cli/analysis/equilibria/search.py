@@ -14,15 +14,16 @@ from dataclasses import dataclass, replace
 
 import mpmath
 import numpy as np
+import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.equilibria.existence import EquilibriumProver
+from lagrange_cli.analysis.equilibria.existence import EquilibriumProver, is_of_potential
 from lagrange_cli.analysis.equilibria.release import Release
 from lagrange_cli.analysis.equilibria.repeats import distance
 from lagrange_cli.analysis.equilibria.rest_functions import RestFunctions
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Matrix, Mpf, NearBalance
-from lagrange_cli.mechanics.numerics.autodiff import DomainError
+from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 # Budgets are counts of operations, so that outputs do not depend on the speed of a machine. More
 # starts and steps take longer and miss fewer equilibria; the values are not tuned.
@@ -53,6 +54,8 @@ _WANDER = 8
 _LAST, _SETTLED = mpf(10) ** -45, mpf(10) ** -3
 #: Difference below which equilibria are one, and below which doubtful points are.
 _SAME, _DOUBTFUL = mpf(10) ** -25, mpf(10) ** -2
+#: Relative difference of potentials above which continua are several.
+_LEVEL = mpf(10) ** -9
 #: Doubtful points that are kept.
 _MOST_DOUBTFUL = 4
 #: Ends of starts that are closer are one.
@@ -161,10 +164,38 @@ def _differ(system: RestSystem, first: Equilibrium, second: Equilibrium) -> bool
 
 
 def _without_continua(system: RestSystem, points: list[Equilibrium]) -> list[Equilibrium]:
-    """Keep of all points of continua the one that is nearest to the start."""
+    """Keep of the points of each continuum the one that is nearest to the start.
+
+    Along a continuum a potential stays as it is: points at which it differs are of several ones.
+    """
     continua = [p for p in points if not p.isolated]
-    nearest = sorted(continua, key=lambda p: distance(system, p.position or (), system.start))[:1]
-    return [*(p for p in points if p.isolated), *nearest]
+    nearest: list[tuple[Equilibrium, list[Mpf]]] = []
+    for point in sorted(continua, key=lambda p: distance(system, p.position or (), system.start)):
+        terms = _potential_terms(system, point)
+        if all(_is_apart(terms, known) for _, known in nearest):
+            nearest.append((point, terms))
+    return [*(p for p in points if p.isolated), *(p for p, _ in nearest)]
+
+
+def _potential_terms(system: RestSystem, point: Equilibrium) -> list[Mpf]:
+    """Evaluate the terms of the potential at an equilibrium; none where other forces balance."""
+    if not is_of_potential(system) or point.position is None:
+        return []
+    coordinates = system.equations.system.coordinates
+    place = {c.q: x for c, x in zip(coordinates, point.position, strict=True)}
+    still = system.equations.system.potential.xreplace({system.equations.system.t: sp.S.Zero})
+    try:
+        with mpmath.workdps(DIGITS):
+            return evaluate([*sp.Add.make_args(still)], {**system.known, **place})
+    except (DomainError, KeyError):
+        return []
+
+
+def _is_apart(first: Sequence[Mpf], second: Sequence[Mpf]) -> bool:
+    """Say whether two sums differ, relative to their terms."""
+    sizes = map(abs, (*first, *second))
+    difference = abs(sum(first, mpf(0)) - sum(second, mpf(0)))
+    return bool(difference > _LEVEL * max(sizes, default=mpf(0)))
 
 
 def _starts(system: RestSystem, count: int) -> Matrix:
