@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,17 @@ from tests.systems.shipped import derived
 numba: Any = pytest.importorskip("numba")
 
 pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module", autouse=True)
+def unoptimized() -> Iterator[None]:
+    """What is compiled here runs once or twice."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE"):
+            patch.setenv(f"NUMBA_{name}", "0")
+        numba.config.reload_config()
+        yield
+    numba.config.reload_config()
 
 
 def near(functions, count=3):
