@@ -62,7 +62,7 @@ def test_katex_renders_every_formula_of_markdown(documents):
 @pytest.mark.slow
 def test_long_formulas_of_markdown_stand_in_several_displays(documents):
     """KaTeX expands 1,000 macros in a display."""
-    (page,) = EMITTERS["markdown"].emit(chain_pendulum(16), {}).values()
+    (page,) = EMITTERS["markdown"].emit(chain_pendulum(8), {}).values()
     lines = [formula.count("\n") - 1 for formula, shown in documents.formulas(page) if shown]
     assert max(lines) == 24
     assert sum(lines) > 100
