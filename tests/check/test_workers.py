@@ -16,6 +16,7 @@ from lagrange_cli.check.check import check_paths
 from lagrange_cli.check.model import Limits, SceneReport
 from lagrange_cli.check.workers import in_processes
 from lagrange_cli.errors import InputError
+from tests.simulate.clusters import until
 from tests.systems.shipped import SCENES
 
 pytestmark = pytest.mark.slow
@@ -67,22 +68,23 @@ def test_workers_collect_garbage_as_seldom_as_their_parent(monkeypatch):
     assert report.seconds == 54_321
 
 
-#: Prints the modules that the check of a scene imports beside those that the server has.
+#: Prints the modules that checks of scenes import beside those that the server has.
 IMPORTING = """
 import importlib, sys
 from lagrange_cli.check import check, model, workers
 for name in workers._PRELOADED:
     importlib.import_module(name)
 before = set(sys.modules)
-report = check.check_scene(sys.argv[1], model.CheckOptions(motions="short"))
-assert report.outcome == "pass"
+for scene in sys.argv[1:]:
+    report = check.check_scene(scene, model.CheckOptions(motions="short"))
+    assert report.outcome == "pass"
 print(*(set(sys.modules) - before))
 """
 
 
-@pytest.mark.parametrize("name", ["pendulum", "heavy_top", "bouncing_ball"])
-def test_checks_import_what_the_server_has_imported(name):
-    command = [sys.executable, "-c", IMPORTING, str(SCENES[name])]
+def test_checks_import_what_the_server_has_imported():
+    scenes = [str(SCENES[name]) for name in ("pendulum", "heavy_top", "bouncing_ball")]
+    command = [sys.executable, "-c", IMPORTING, *scenes]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     heavy = ("lagrange_cli.", "sympy.", "scipy.", "numpy.", "mpmath.")
     assert [module for module in done.stdout.split() if module.startswith(heavy)] == []
@@ -172,6 +174,13 @@ expect:
 """
 
 
+def workers_of(number: int) -> list[int]:
+    """Processes that the server of a process's workers has started."""
+    psutil = pytest.importorskip("psutil")
+    servers = psutil.Process(number).children()
+    return [worker.pid for server in servers for worker in server.children()]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_interruption_ends_all_processes(number, tmp_path):
     for k in range(3):
@@ -183,7 +192,8 @@ def test_interruption_ends_all_processes(number, tmp_path):
         stderr=subprocess.PIPE,
     )
     try:
-        time.sleep(4)
+        until(lambda: len(workers_of(process.pid)) == 2)
+        time.sleep(1)
         assert process.poll() is None
         process.send_signal(number)
         # Reading to the end waits for every process that holds the pipes.
