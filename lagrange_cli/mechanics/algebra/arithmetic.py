@@ -67,8 +67,13 @@ def _new_key(expr: sp.Basic) -> tuple[Any, ...]:
 
 
 def plain_sum(terms: Iterable[sp.Expr]) -> sp.Expr:
-    """Add expressions of the scene language."""
+    """Add expressions of the scene language.
+
+    A sum that holds another one stays as it is (:func:`nested_sum`).
+    """
     addends = list(terms)
+    if any(part.is_Add for addend in addends if addend.is_Add for part in addend.args):
+        return nested_sum(addends)
     number, like_terms = _ZERO, dict[_Rest, list[sp.Expr]]()
     for term in _flat(addends):
         if term.is_Rational:
@@ -92,6 +97,16 @@ def plain_sum(terms: Iterable[sp.Expr]) -> sp.Expr:
             _ORDERED.clear()
         _ORDERED[id(total)] = total
     return total
+
+
+def nested_sum(terms: Sequence[sp.Expr]) -> sp.Expr:
+    """Add expressions, sums among them, as they are.
+
+    SymPy makes all terms of sums terms of the whole. Along a chain, whose places are that of the
+    last frame and one more term each, all places together have the square of its length.
+    """
+    present = [term for term in terms if term is not _ZERO]
+    return sp.Add(*present, evaluate=False) if len(present) > 1 else sp.Add(*present)
 
 
 def _in_order(terms: list[sp.Expr], addends: Sequence[sp.Expr]) -> list[sp.Expr]:

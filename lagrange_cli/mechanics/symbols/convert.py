@@ -21,7 +21,13 @@ import sympy as sp
 from sympy.ntheory import factor_
 
 from lagrange_cli.errors import InputError, NotRealError, Problem
-from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum, power, product
+from lagrange_cli.mechanics.algebra.arithmetic import (
+    negative,
+    nested_sum,
+    plain_sum,
+    power,
+    product,
+)
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.free_symbols import symbols_in, unknown_function
@@ -45,7 +51,7 @@ from lagrange_cli.scene.language.expression import (
 )
 from lagrange_cli.scene.model import DeclaredFunction
 
-_Lookup = Callable[[str], "sp.Expr | None"]
+Lookup = Callable[[str], "sp.Expr | None"]
 """Gives the meaning of a name; None if it is unknown."""
 
 Rate = Callable[[sp.Expr], sp.Expr]
@@ -78,9 +84,10 @@ EVEN_FUNCTIONS = frozenset(("cos", "cosh", "abs"))
 
 def to_sympy(
     expression: Expression,
-    lookup: _Lookup,
+    lookup: Lookup,
     rate: Rate | None = None,
     functions: Mapping[str, DeclaredFunction] = MappingProxyType({}),
+    longest_sum: float = math.inf,
 ) -> sp.Expr:
     """Convert an expression with exact numbers.
 
@@ -92,6 +99,8 @@ def to_sympy(
         Meaning of ``dot``; None if rates are not allowed.
     functions
         The scene's own functions.
+    longest_sum
+        Terms of a sum above which it stays as it is in sums that hold it.
 
     Raises
     ------
@@ -99,7 +108,7 @@ def to_sympy(
         Located: an unknown name, a misplaced ``dot``, a number out of bounds, or a
         value that is not a real number (``1/0``, ``sqrt(-1)``).
     """
-    result = _Conversion(expression, lookup, rate, functions).convert(expression.node)
+    result = _Conversion(expression, lookup, rate, functions, longest_sum).convert(expression.node)
     if not has_value(result):
         raise NotRealError(
             Problem(
@@ -117,12 +126,14 @@ class _Conversion:
     def __init__(
         self,
         expression: Expression,
-        lookup: _Lookup,
+        lookup: Lookup,
         rate: Rate | None,
         functions: Mapping[str, DeclaredFunction],
+        longest_sum: float,
     ) -> None:
         self.expression = expression
         self.functions = functions
+        self.longest_sum = longest_sum
         self.lookup = lookup
         self.rate = rate
 
@@ -141,8 +152,10 @@ class _Conversion:
             case Neg():
                 return negative(self.convert(node.operand))
             case Add():
-                terms = [(sign, self.convert(term)) for sign, term in node.terms]
-                return plain_sum(negative(e) if sign == "-" else e for sign, e in terms)
+                signed = [(sign, self.convert(term)) for sign, term in node.terms]
+                terms = [negative(e) if sign == "-" else e for sign, e in signed]
+                is_long = any(e.is_Add and len(e.args) > self.longest_sum for e in terms)
+                return nested_sum(terms) if is_long else plain_sum(terms)
             case Mul():
                 return product([self.factor(op, factor) for op, factor in node.factors])
             case Pow():

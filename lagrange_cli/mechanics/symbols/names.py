@@ -10,6 +10,7 @@ names alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Hashable, Iterator
 from copy import copy
 from operator import attrgetter
@@ -24,8 +25,8 @@ from lagrange_cli.mechanics.algebra.substitution import (
     single_element,
 )
 from lagrange_cli.mechanics.free_symbols import unknown_function
-from lagrange_cli.mechanics.symbols.convert import Rate, to_sympy
-from lagrange_cli.scene.bodies import ComposedExpression
+from lagrange_cli.mechanics.symbols.convert import Lookup, Rate, to_sympy
+from lagrange_cli.scene.bodies import ComposedExpression, bodies_of
 from lagrange_cli.scene.checks.external import rated_inputs
 from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.language.expression import (
@@ -50,6 +51,10 @@ _LONGEST = 20_000
 #: below are shared: of a spatial chain of 16 joints. Without constraints recursion over the frames
 #: (:mod:`.dynamics.body_recursion`) never walks through their expressions, and any length will do.
 _LONGEST_CHAIN = 100_000
+
+#: Most terms of a sum that frames imply without constraints, beyond which sums that hold it keep it
+#: as one term: all bodies of a chain in space would have as many terms as joints below them.
+_LONGEST_SUM = 25
 
 #: Parts of the longest shape of a syntax tree whose conversion is kept.
 _LONGEST_SHAPE = 200
@@ -98,6 +103,8 @@ class Names:
         self.coordinates = {c.name: self._place(c.name) for c in scene.coordinates or ()}
         self._definitions = {d.name: d.expression for d in scene.definitions}
         self._functions = {f.name: f for f in scene.functions}
+        is_open = not (scene.constraints or scene.unilateral)
+        self._nests = is_open and not any(body.planar for body in bodies_of(scene))
         self._meanings: dict[str, sp.Expr] = {}
         #: Meanings of names, each equal to itself: two equal ones are one object. Those of a chain
         #: of frames hold each other, and SymPy compares equal expressions that are two objects
@@ -196,7 +203,7 @@ class Names:
             meaning, _ = self._elements.converted(
                 expression,
                 self._symbol,
-                lambda: to_sympy(expression, self.lookup, None, self._functions),
+                lambda: self._to_sympy(expression, self.lookup),
             )
             return self._distinct.setdefault(meaning, meaning)
         finally:
@@ -248,7 +255,7 @@ class Names:
 
         def converted() -> sp.Expr:
             if rate is None:
-                return to_sympy(expression, self.lookup, None, self._functions)
+                return self._to_sympy(expression, self.lookup)
             return self._converted_with_rate(expression, rate, meanings)
 
         expr, element = self._elements.converted(expression, self._symbol, converted)
@@ -330,7 +337,14 @@ class Names:
                 meanings[name] = self._distinct.setdefault(meaning, meaning)
             return meanings[name]
 
-        return to_sympy(expression, lookup, rate, self._functions)
+        return self._to_sympy(expression, lookup, rate)
+
+    def _to_sympy(
+        self, expression: Expression, lookup: Lookup, rate: Rate | None = None
+    ) -> sp.Expr:
+        nests = self._nests and isinstance(expression, ComposedExpression)
+        longest_sum = _LONGEST_SUM if nests else math.inf
+        return to_sympy(expression, lookup, rate, self._functions, longest_sum)
 
     def holds_rate(self, expression: Expression) -> bool:
         """Say whether ``dot`` stands in an expression or in an abbreviation that it names."""

@@ -8,6 +8,7 @@ import pytest
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive, reduce
 from lagrange_cli.mechanics.dynamics import body_recursion
+from lagrange_cli.mechanics.free_symbols import distinct_parts
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import build_program
@@ -105,6 +106,15 @@ def test_chains_that_are_too_long_beside_constraints_are_refused_at_the_frame() 
     assert "this chain of frames is too long" in problem.message
     assert problem.mark is not None
     assert problem.mark.line > 10
+
+
+def test_places_of_a_chain_share_those_of_the_frames_below() -> None:
+    def terms(number: int) -> int:
+        places = reduce(read_text(chain_of_bodies(number))).resolved.values()
+        return sum(len(part.args) for part in {*distinct_parts(*places)} if part.is_Add)
+
+    shorter, longer, longest = map(terms, (60, 70, 80))
+    assert longest - longer == longer - shorter
 
 
 def test_joints_about_one_axis_are_not_refused() -> None:
