@@ -274,6 +274,7 @@ def find_equilibria(problem: _RestProblem) -> Equilibria:
         system.held_inputs,
         forms.nonzero,
         outcome.unproven,
+        len(forms.points) - len(exact),
     )
 
 

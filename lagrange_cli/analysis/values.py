@@ -158,7 +158,7 @@ class Equilibria:
     absent
         Equilibria in closed form that exist for other values of the parameters only.
     complete
-        True if it is proven that there are no others.
+        True if it is proven that there are no others but those left out.
     nonzero
         Names of parameters without a value; ``complete`` holds where none of them is zero.
     starts
@@ -167,6 +167,9 @@ class Equilibria:
         Inputs that vary with time and states with two values, with what they are held at.
     unproven
         Configurations near which numbers balance, without a proof of an equilibrium.
+    released
+        Number of closed forms at singular coordinates that are left out by a measurement: beside
+        them the system moves off.
     """
 
     points: tuple[Equilibrium, ...]
@@ -176,6 +179,7 @@ class Equilibria:
     held_inputs: tuple[tuple[str, float], ...] = ()
     nonzero: tuple[str, ...] = ()
     unproven: tuple[NearBalance, ...] = ()
+    released: int = 0
 
 
 @dataclass(frozen=True)

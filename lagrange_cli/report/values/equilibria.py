@@ -220,7 +220,8 @@ _SEARCH: tuple[Key[FoundEquilibria], ...] = (
     ),
     *through(
         lambda value: value.equilibria,
-        *COMPLETENESS,
+        replace(COMPLETENESS[0], value=lambda e: e.complete and not e.released),
+        *COMPLETENESS[1:],
         Key("starts", INTEGER, "Starts of the numeric search, 0 if none was needed."),
         Key(
             "held",

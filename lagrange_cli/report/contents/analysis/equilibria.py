@@ -23,6 +23,7 @@ from lagrange_cli.report.inlines import (
     Listed,
     Sentence,
     Text,
+    Written,
     enumerated,
     joined,
     label_node,
@@ -67,7 +68,10 @@ def equilibria_section(analysis: Analysis, writer: DocumentWriter) -> Section | 
     result, steady = analysis.equilibria, analysis.steady
     if result is None:
         return None
-    places, counted = Places(analysis, writer), _count(result)
+    places = Places(analysis, writer)
+    counted: Written = _count(result)
+    if result.complete and result.released:
+        counted = Listed((counted, _released(result.released)), between="; ")
     if steady is not None:
         values = inlined(
             places.letter(s) + ("" if x is None else " = " + numeral(x))
@@ -110,6 +114,19 @@ def held_values(
     if states:
         text = "States with two values are held at {values}."
         yield Paragraph(say(text, values=values_of(states)))
+
+
+def _released(count: int) -> Sentence:
+    """Say that equilibria of singular coordinates were left out by a measurement, not a proof."""
+    one = (
+        "one more at singular coordinates is left out, since motions from rest were measured to"
+        " begin beside it"
+    )
+    many = (
+        "{count} more at singular coordinates are left out, since motions from rest were measured"
+        " to begin beside them"
+    )
+    return say.counted(count, one, many)
 
 
 def _count(equilibria: Equilibria) -> Sentence:
