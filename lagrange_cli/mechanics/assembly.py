@@ -69,6 +69,7 @@ from lagrange_cli.mechanics.symbols.values import (
     decimal,
     evaluated,
     nearest_double,
+    stated_values,
 )
 from lagrange_cli.mechanics.system import (
     CartesianName,
@@ -186,6 +187,7 @@ def _presentation(
         families=scene.families,
         literals=decimal_literals(scene.expressions()),
         sums=derivation.sums,
+        stated_values=tuple(stated_values(scene, reduced.names.convert)),
         latex=dict(_latex(derivation)),
         indices=dict(_indices(derivation)),
         units=_units(derivation, chart),

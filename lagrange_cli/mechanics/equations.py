@@ -293,6 +293,8 @@ class Presentation:
         Exact values with decimals as the scene wrote them.
     sums
         Sums in brackets, each as its terms in the order of the scene.
+    stated_values
+        Values of parameters that the scene states in other parameters, by name.
     latex
         LaTeX of the scene for names beside those of parameters and coordinates: of definitions,
         components and multipliers (``lambda_rod``).
@@ -314,6 +316,7 @@ class Presentation:
     families: tuple[tuple[str, tuple[FamilyIndex, ...]], ...] = ()
     literals: tuple[tuple[Fraction, str], ...] = ()
     sums: tuple[tuple[Expr, ...], ...] = ()
+    stated_values: tuple[tuple[str, Expr], ...] = ()
     latex: Mapping[str, str] = field(default_factory=dict)
     indices: Mapping[str, str] = field(default_factory=dict)
     units: Units = field(default_factory=Units)

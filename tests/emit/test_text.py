@@ -300,3 +300,20 @@ def test_no_letter_has_two_meanings(letter):
     written = "There are 6 Cartesian coordinates, 1 further coordinate, 4 independent constraints,"
     assert (written in document) == (letter in "KN")
     assert (r"\text{1 further coordinate}" in document) == (letter in "Mf")
+
+
+def test_short_values_over_other_parameters_stand_as_the_scene_states_them():
+    """Long ones, and values that are given on the way, stay numbers."""
+    scene = """
+parameters: {g: 9.81, l: {value: g/w^2, unit: m}, w: 2, c: {value: 1 + sqrt(g*l/w)/(2*w + l) + g}}
+coordinates: [x]
+kinetic: {T: c*dot(x)^2/2}
+potentials: {V: g*l*x^2/2}
+initial: {x: 1}
+"""
+    lines = [line.split() for line in loads(scene).derive(steps="lagrange").text().splitlines()]
+    rows = {line[0]: " ".join(line[1:]) for line in lines if len(line) > 1}
+    assert rows["l"] == "g / w² = 2.4525 m"
+    assert any(line[:1] == ["c"] and float(line[1]) > 0 for line in lines if len(line) == 2)
+    given = loads(scene, parameters={"l": 3}).derive(steps="lagrange").text()
+    assert "g / w²" not in given

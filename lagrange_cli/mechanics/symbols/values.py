@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable, Iterator
 from fractions import Fraction
 from functools import lru_cache
 
@@ -150,6 +150,20 @@ class ParameterValues:
         """Round an expression's value to a double; None if a parameter has no value."""
         value = self.number(expression)
         return None if value is None else nearest_double(value)
+
+
+def stated_values(
+    scene: Scene, convert: Callable[[Expression], sp.Expr]
+) -> Iterator[tuple[str, sp.Expr]]:
+    """Yield values of parameters that the scene states in other parameters.
+
+    ``convert``: makes a SymPy expression over the symbols of names.
+    """
+    parameters = {p.name for p in scene.parameters}
+    for p in scene.parameters:
+        names = () if p.value is None else names_in(p.value.node)
+        if p.value is not None and not parameters.isdisjoint(name.name for name in names):
+            yield p.name, convert(p.value)
 
 
 def _rational_or_float(value: sp.Expr) -> Fraction | float:

@@ -24,12 +24,16 @@ from lagrange_cli.report.inlines import (
     group,
     in_parentheses,
     joined,
+    numeral,
     ranges,
     say,
     symbol,
     value,
 )
 from lagrange_cli.report.tree import Block, Paragraph, Section, Table, formulas, section
+
+#: Operations of a value over other parameters that stands in a table: in a column of numbers.
+_MOST_OPERATIONS = 6
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -148,12 +152,19 @@ def _particle_name(particle: ElementMotion) -> Written:
 def _parameters(writer: DocumentWriter) -> Table | Paragraph | None:
     """Return a table of the parameters; a sentence where nothing is known but their letters."""
     literals = dict(writer.equations.presentation.literals)
+    stated = {
+        name: writer.formula(expression)
+        for name, expression in writer.equations.presentation.stated_values
+        if expression.count_ops() <= _MOST_OPERATIONS
+    }
     rows: list[tuple[Text, ...]] = []
     for p in writer.equations.system.parameters:
         number: Text = ""
         exact = exact_value(p)
         if exact is not None:
             number = writer.inline(exact)
+        elif p.value is not None and p.name in stated:
+            number = Inline(stated[p.name] + " = " + numeral(p.value))
         elif p.value is not None:
             number = Inline(value(p.value, literals.get(Fraction(repr(p.value)))))
         letter = Inline(symbol(p.name, 0, p.latex))
