@@ -221,10 +221,8 @@ class Closure:
 
     Attributes
     ----------
-    name
-        Name of the constraint, numbered if that keeps several equations.
-    constraint
-        Name of the constraint.
+    name, constraint
+        Name of the constraint, numbered if that keeps several equations, and without a number.
     kind
         ``position`` or ``velocity``.
     expression
