@@ -109,7 +109,7 @@ def driven(files: list[Path]) -> list[dict[str, Any]]:
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
         sys.exit("chromium was not found")
-    command = ["node", str(ROOT / "tests/pages/drive.mjs"), browser, *map(str, files)]
+    command = ["node", str(ROOT / "tests/pages/drive.mjs"), browser, "1000", *map(str, files)]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 

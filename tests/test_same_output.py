@@ -82,11 +82,7 @@ def test_a_difference_is_shown_counted_and_kept(same_output, monkeypatch, capsys
     """A heading that one side words differently: texts and pages in English have it, no code."""
     keep_kinds(same_output, monkeypatch, ("derive text", "emit python"))
     other = tmp_path / "other"
-    shutil.copytree(
-        ROOT / "lagrange_cli",
-        other / "lagrange_cli",
-        ignore=shutil.ignore_patterns("__pycache__"),
-    )
+    shutil.copytree(ROOT / "lagrange_cli", other / "lagrange_cli")
     heading, planted = '"Degrees of freedom', '"Degrees of boredom'
     # The catalogues of other languages have it as a key.
     sources = [p for p in other.rglob("*") if p.suffix in (".py", ".yaml")]

@@ -34,6 +34,17 @@ PROGRAM = (
     "from lagrange_cli.cli.main import main; main()"
 )
 
+#: The same for several command lines in turn, whose exit codes it prints.
+PROGRAMS = """\
+import json, locale, sys
+locale.setlocale(locale.LC_ALL, "")
+from lagrange_cli.cli.main import run
+from lagrange_cli.cli.terminal.streams import prepare_streams
+prepare_streams()
+codes = [run(json.loads(words)) for words in sys.argv[1:]]
+print(json.dumps(codes))
+"""
+
 #: Language, character set, and the name that both have together.
 LOCALES = {
     "de_DE.UTF-8": ("de_DE", "UTF-8"),
@@ -89,10 +100,16 @@ def usual(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 def run_all(folder: Path, **changed: str) -> None:
     (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
-    for words in COMMANDS:
-        done = run(folder, *words, env=environment(**changed))
-        assert done.returncode == (1 if words[0] == "check" else 0), done.stderr
-        assert b"Traceback" not in done.stderr
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAMS, *map(json.dumps, COMMANDS)],
+        cwd=folder,
+        env=environment(**changed),
+        capture_output=True,
+        check=True,
+    )
+    assert b"Traceback" not in done.stderr
+    codes = json.loads(done.stdout.splitlines()[-1])
+    assert codes == [words[0] == "check" for words in COMMANDS], done.stderr
 
 
 @pytest.mark.parametrize("name", LOCALES)

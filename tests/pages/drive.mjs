@@ -1,8 +1,8 @@
 // Opens pages in a browser without a window and prints, for each, a line of JSON on what it did.
 //
-//   node drive.mjs BROWSER FILE... [--use FILE...]
+//   node drive.mjs BROWSER MILLISECONDS FILE... [--use FILE...]
 //
-// Pages behind --use are used by keys, mouse and address, too (use.mjs).
+// Each page plays for so many milliseconds. Pages behind --use are used by keys, mouse and address, too (use.mjs).
 
 import { createRequire } from 'node:module';
 import { pathToFileURL } from 'node:url';
@@ -11,7 +11,7 @@ import { used } from './use.mjs';
 const require = createRequire(`${process.cwd()}/`);
 const { default: puppeteer } = await import(pathToFileURL(require.resolve('puppeteer-core')));
 
-const [executablePath, ...files] = process.argv.slice(2).filter((argument) => argument !== '--use');
+const [executablePath, playing, ...files] = process.argv.slice(2).filter((argument) => argument !== '--use');
 const isUsed = new Set(process.argv.includes('--use') ? process.argv.slice(process.argv.indexOf('--use')) : []);
 const browser = await puppeteer.launch({ executablePath, args: ['--no-sandbox', '--disable-gpu'] });
 
@@ -93,7 +93,7 @@ async function driven(file) {
   const shown = { difference: await text(page, 'difference'), drift: await text(page, 'drift-word') };
   const drift = await page.evaluate(() => globalThis.lagrangePage.drift());
   await page.click('#play');
-  const shownFrames = await frames(page, 1000);
+  const shownFrames = await frames(page, Number(playing));
   const played = await state(page);
   const canvases = {};
   for (const id of ['drawing', 'series', 'phase', 'drift']) {

@@ -69,7 +69,9 @@ def driven(files: list[Path]) -> list[dict[str, Any]]:
     node = shutil.which("node")
     if BROWSER is None or node is None or not (ROOT / "node_modules/puppeteer-core").is_dir():
         pytest.skip("no chromium, or no puppeteer-core (npm install --no-save puppeteer-core)")
-    command = [node, str(Path(__file__).with_name("drive.mjs")), BROWSER, *map(str, files)]
+    playing = "400"
+    command = [node, str(Path(__file__).with_name("drive.mjs")), BROWSER, playing]
+    command += map(str, files)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
