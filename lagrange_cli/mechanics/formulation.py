@@ -3,7 +3,8 @@
 ``minimal`` keeps as few coordinates as there are degrees of freedom; its mass matrix is
 full where positions hold many of them, and solving with it costs the cube of their
 number. ``multiplier`` keeps Cartesian names with closures (:mod:`.reduction.cartesian_form`), of
-which each holds few: elimination in a good order costs little more than there are entries.
+which each holds few: elimination in a good order costs little more than there are entries. A body
+that three angles turn has a quaternion there.
 Predicted are operations of one right-hand side, from sizes and from which name stands in
 which equation alone.
 
@@ -43,8 +44,10 @@ from lagrange_cli.mechanics.symbols.names import Names
 from lagrange_cli.mechanics.symbols.quoting import must_stay
 from lagrange_cli.mechanics.symbols.values import evaluated
 from lagrange_cli.mechanics.system import CartesianName, InitialState, ReplacedChart
+from lagrange_cli.scene.checks.table import name_table
 from lagrange_cli.scene.conditions import Formulation
 from lagrange_cli.scene.model import Scene
+from lagrange_cli.scene.reading.quaternions import by_quaternions, replaced_angles
 
 #: Ratio of predicted operations above which multipliers are taken: the prediction is rough, and
 #: minimal form is kept where it may be as good. These numbers count operations of emitted code by
@@ -116,22 +119,62 @@ def in_formulation(
             raise no_minimal_form_error(reduced)
         return reduced, None
     incidence = None if reduced.scene.unilateral else closure_incidence(reduced)
+    if wanted == "multiplier":
+        return _multiplier_form(reduced, incidence)
     if not incidence:
-        if wanted == "multiplier":
-            raise _no_multiplier(reduced)
         return reduced, None
     minimal, multiplier = _minimal(reduced), _multiplier(incidence)
     cheaper = minimal > _WORTHWHILE and _CLEARLY * multiplier < minimal
     declared = reduced.scene.coordinates is not None
-    if wanted == "multiplier" or (wanted == "auto" and cheaper and not declared):
+    if wanted == "auto" and cheaper and not declared:
         form = cartesian_form(reduced)
         if form is not None and form.closures:
-            why = "as asked" if wanted == "multiplier" else "fewer operations"
-            return form, FormulationChoice("multiplier", minimal, multiplier, why)
-        if wanted == "multiplier":
-            raise _no_multiplier(reduced)
+            return form, FormulationChoice("multiplier", minimal, multiplier, "fewer operations")
     why = "as asked" if wanted == "minimal" else "the coordinates are declared" if cheaper else ""
     return reduced, FormulationChoice("minimal", minimal, multiplier, why)
+
+
+def _multiplier_form(
+    reduced: Reduced, incidence: Sequence[frozenset[sp.Symbol]] | None
+) -> tuple[Reduced, FormulationChoice | None]:
+    """The scene with closures: with Cartesian names, or with quaternions if those replace nothing.
+
+    Raises
+    ------
+    InputError
+        There is no such form.
+    """
+    form = cartesian_form(reduced) if incidence else None
+    if form is None or not form.closures or _holds_all_coordinates(form, reduced):
+        turned = _quaternion_form(reduced)
+        if turned is not None:
+            return turned, None
+    if form is None or not form.closures or not incidence:
+        raise _no_multiplier(reduced)
+    predicted = _minimal(reduced), _multiplier(incidence)
+    return form, FormulationChoice("multiplier", *predicted, "as asked")
+
+
+def _holds_all_coordinates(form: Reduced, reduced: Reduced) -> bool:
+    """Tell whether a form replaces no coordinate, and merely has more."""
+    return {c.q for c in reduced.coordinates} <= {c.q for c in form.coordinates}
+
+
+def _quaternion_form(reduced: Reduced) -> Reduced | None:
+    """Return the scene with quaternions in place of three angles that turn a body.
+
+    None if no body is turned by three angles that the scene names nowhere else.
+    """
+    scene = reduced.scene
+    form = None if scene.unilateral else by_quaternions(scene, name_table(scene))
+    if form is None:
+        return None
+    turned = reduce(form.scene)
+    parts = {
+        turned.names.coordinates[name]: reduced.resolve(reduced.convert(part))
+        for name, part in form.parts.items()
+    }
+    return replace(turned, origin=replace(reduced, resolved={**reduced.resolved, **parts}))
 
 
 def _no_multiplier(reduced: Reduced) -> InputError:
@@ -262,6 +305,7 @@ def replaced_chart(derivation: Uncertified) -> ReplacedChart | None:
         former = initial_state(_Late(origin))
     except InputError:
         former = None  # the start has no place in these coordinates
+    turns = tuple(replaced_angles(origin.scene, reduced.scene))
     positions = {c.q: origin.resolved.get(c.q, c.q) for c in reduced.coordinates}
     q, v = [c.q for c in origin.coordinates], [c.v for c in origin.coordinates]
     kinematics = Kinematics(positions, q, v, origin.names.t)
@@ -269,9 +313,10 @@ def replaced_chart(derivation: Uncertified) -> ReplacedChart | None:
         CartesianName(s.name, place, sp.Add(*kinematics.velocity(s)))
         for s, place in positions.items()
     )
-    is_small = len(origin.coordinates) <= MOST_COORDINATES
-    steady = conserved_momenta(derive_uncertified(origin)) if is_small else ()
-    return ReplacedChart(origin.coordinates, named, former, steady)
+    # Past gimbal lock any angles serve that give the orientation, whatever is conserved.
+    is_asked = len(origin.coordinates) <= MOST_COORDINATES and not turns
+    steady = conserved_momenta(derive_uncertified(origin)) if is_asked else ()
+    return ReplacedChart(origin.coordinates, named, former, steady, turns)
 
 
 def _carried_over(origin: Reduced, chart: ReplacedChart, former: InitialState) -> InitialState:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import Mark
     from lagrange_cli.files import Recording
     from lagrange_cli.mechanics.elements.motion import ElementMotion
+    from lagrange_cli.scene.bodies import ThreeAngles
     from lagrange_cli.scene.conditions import SimulationDefaults
     from lagrange_cli.scene.model import DeclaredFunction
 
@@ -307,21 +308,21 @@ class ReplacedChart:
 
     Attributes
     ----------
-    coordinates
-        The former coordinates.
+    coordinates, start
+        The former coordinates, and their initial state, None if it is not known.
     places
         The present coordinates over the former ones.
-    start
-        Initial state in the former ones, None if it is not known.
     steady
-        Names of former ones whose rates are proven to keep their signs, by
-        :func:`.dynamics.singular_configurations.conserved_momenta`.
+        Names of former ones whose rates are proven to keep their signs.
+    turns
+        Angles that quaternions have replaced; all other coordinates stay beside such.
     """
 
     coordinates: tuple[Coordinate, ...]
     places: tuple[CartesianName, ...]
     start: InitialState | None
     steady: tuple[str, ...] = ()
+    turns: tuple[ThreeAngles, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,25 @@ class QuaternionTurn:
     parts: tuple[Expression, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class ThreeAngles:
+    """Three angles that turn a body, and the quaternion that replaces them.
+
+    Attributes
+    ----------
+    axes
+        The axes of the three turns, such as ``zxz``.
+    angles
+        Names of the angles, in this order.
+    parts
+        Names of the quaternion's parts, that of the scalar first.
+    """
+
+    axes: str
+    angles: tuple[str, ...]
+    parts: tuple[str, ...]
+
+
 AnyTurn: TypeAlias = Turn | QuaternionTurn
 
 ShapeKind: TypeAlias = Literal["rod", "disk", "sphere", "cylinder", "box"]

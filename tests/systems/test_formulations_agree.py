@@ -23,7 +23,8 @@ pytestmark = pytest.mark.slow
 #: Scenes that have both forms, at least: of all and of the slice.
 BOTH, BOTH_OF_SLICE = 35, 10
 
-#: A slice of them for whole motions: spherical, planar, polar, moved in time, rigid, coupled.
+#: A slice of them for whole motions: spherical, planar, polar, moved in time, rigid, coupled, and
+#: turned by three angles.
 MOTIONS = [
     "spherical_pendulum",
     "double_pendulum",
@@ -31,6 +32,8 @@ MOTIONS = [
     "pendulum_driven_support",
     "swinging_atwood",
     "furuta_pendulum",
+    "spinning_top",
+    "quadrotor",
 ]
 
 
@@ -56,16 +59,18 @@ def states(e, count=3):
         yield start + 0.1 * np.minimum(size, 1 + np.abs(start)) * draw.uniform(-1, 1, len(start))
 
 
-def kinematics(e, names):
-    """Positions, velocities and accelerations of names for q, v, a and t of a minimal form.
+def kinematics(e, other):
+    """Positions, velocities and accelerations of the other form for q, v, a and t of a minimal one.
 
-    By arithmetic on Taylor series along the motion: nothing is differentiated.
+    By arithmetic on Taylor series along the motion: nothing is differentiated. Parts of quaternions
+    are no names of the minimal form.
     """
-    places = {c.name: c.position for c in e.system.cartesian_names}
+    places = {c.name: c.position for c in other.system.chart.places}
+    places.update({c.name: c.position for c in e.system.cartesian_names})
     places.update({c.name: c.q for c in e.system.coordinates})
     parameters = [p.symbol for p in e.system.parameters]
     symbols = [*(c.q for c in e.system.coordinates), e.system.t, *parameters]
-    tape = Tape([places[name] for name in names], symbols)
+    tape = Tape([places[c.name] for c in other.system.coordinates], symbols)
     zero = mpf(0)
 
     def of(q, v, a, t):
@@ -85,7 +90,7 @@ def test_accelerations_agree(name):
     e = derived(name)
     assert (e.system.formulation, other.system.formulation) == ("minimal", "multiplier")
     assert len(other.system.coordinates) == len(e.system.coordinates) + len(other.system.closures)
-    of = kinematics(e, [c.name for c in other.system.coordinates])
+    of = kinematics(e, other)
     few, many = (interpreted(model_of(x), "").rhs for x in (e, other))
     n, m = len(e.system.coordinates), len(other.system.coordinates)
     t = e.system.simulate.start + 0.3
@@ -112,7 +117,7 @@ def test_starts_agree(name):
     if other is None:
         pytest.skip("there is one form only")
     e = derived(name)
-    of = kinematics(e, [c.name for c in other.system.coordinates])
+    of = kinematics(e, other)
     q, v = e.system.initial.positions, e.system.initial.velocities
     r, w, _ = of(q, v, [0.0] * len(q), e.system.simulate.start)
     assert other.system.initial.positions == pytest.approx(r, rel=1e-14, abs=1e-14)

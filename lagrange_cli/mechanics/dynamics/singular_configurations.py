@@ -4,12 +4,13 @@ At the pole of spherical angles the azimuth moves nothing, M loses rank, and no 
 from it, though nothing happens to the particle. The determinant is computed as a product of pivots
 by exact elimination (:mod:`.solve_exactly`), block by block; a factor of a pivot that is proven to
 vanish somewhere gives such a place, and so does a divisor of a pivot (the elbow of a square root).
-Beyond a few terms nothing is claimed.
+Beyond a few terms nothing is claimed but of three angles that turn a body.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -20,6 +21,8 @@ from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.dynamics.solve_exactly import solve_exactly
 from lagrange_cli.mechanics.findings import SingularConfiguration
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
+from lagrange_cli.scene.checks.table import name_table
+from lagrange_cli.scene.reading.quaternions import by_quaternions, replaced_angles
 
 #: Most coordinates of a block that is examined. This and the budgets below keep the search quick;
 #: beyond them nothing is claimed; none is tuned.
@@ -42,10 +45,37 @@ _Matrix = Sequence[Sequence[sp.Expr]]
 
 
 def singular_configurations(derivation: Uncertified) -> tuple[SingularConfiguration, ...]:
-    """Find the proven singular configurations; none beside closures or gaps, or of long chains."""
-    reduced = derivation.reduced
-    if derivation.closures or reduced.gaps or derivation.tree is not None:
+    """Find the proven singular configurations; none beside closures or gaps.
+
+    Of long chains they are gimbal locks alone.
+    """
+    if derivation.closures or derivation.reduced.gaps:
         return ()
+    places = () if derivation.tree is not None else _zeros_of_pivots(derivation)
+    known = {place.where for place in places}
+    return (*places, *(lock for lock in _gimbal_locks(derivation) if lock.where not in known))
+
+
+def _gimbal_locks(derivation: Uncertified) -> Iterator[SingularConfiguration]:
+    """Yield where the second of three angles that turn a body makes the axes of the others one.
+
+    M turns no momentum into the difference of their rates there, if it holds these angles by the
+    body's axes and angular velocity alone: if a quaternion could replace them.
+    """
+    reduced = derivation.reduced
+    scene = replace(reduced.scene, forces=(), potentials=(), dissipation=(), outputs=())
+    form = by_quaternions(scene, name_table(scene))
+    symbols = {c.name: c.q for c in reduced.coordinates}
+    for angles in () if form is None else replaced_angles(scene, form.scene):
+        first, second, third = angles.angles
+        is_proper = angles.axes[0] == angles.axes[2]
+        where = (sp.sin if is_proper else sp.cos)(symbols[second])
+        yield SingularConfiguration((first, third), where)
+
+
+def _zeros_of_pivots(derivation: Uncertified) -> tuple[SingularConfiguration, ...]:
+    """Find zeros and poles of the pivots of M, by exact elimination of small blocks."""
+    reduced = derivation.reduced
     coordinates = [c.q for c in reduced.coordinates]
     signed = _with_signs(derivation)
     numbers = {

@@ -12,5 +12,6 @@ __all__ = [
     "helpers",
     "overrides",
     "physics",
+    "quaternions",
     "source",
 ]

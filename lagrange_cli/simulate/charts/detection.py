@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lagrange_cli.simulate.accuracy.coarse_run import COARSE, CoarseRun
 from lagrange_cli.simulate.arrays import Array
+from lagrange_cli.simulate.checkpoint.progress import Watch
 from lagrange_cli.simulate.model.model import ChartSingularity, Model
+from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
-from lagrange_cli.simulate.samples import RowSequence, windows
+from lagrange_cli.simulate.samples import Grid, RowSequence, windows
+from lagrange_cli.simulate.simulation import RunContext, problem_of
 from lagrange_cli.simulate.system.singular_guard import lost_rates, singular_factors
 from lagrange_cli.simulate.system.tables import Table
 
@@ -19,6 +23,13 @@ _VANISHED = 1e-12
 
 #: Distance in samples, at the last pace, within which a run counts as having arrived.
 _ARRIVED = 3.0
+
+#: Part of its largest value below which a factor makes angles lose so many digits that quaternions
+#: are quicker: a heavy body to 1e-9 takes 1 s by angles at 1e-5, 4 s at 1e-6, minutes at 1e-9.
+_LOCKED = 1e-5
+
+#: Evaluations after which a coarse run is ended, of which most take a few thousand.
+_EVALUATIONS = 100_000
 
 #: A factor this small beside its largest value is near the singular configuration as well.
 NEAR_SINGULAR = 1e-3
@@ -52,6 +63,29 @@ def singular_start(model: Model) -> ChartSingularity | None:
         if not abs(value) > _VANISHED:
             return singularity
     return None
+
+
+def gimbal_lock(model: Model, request: Request, context: RunContext) -> ChartSingularity | None:
+    """Return a gimbal lock that a coarse run comes near; None if there is none, or not in memory.
+
+    Runs that promise an accuracy resolve how angles turn there, at a cost that grows with the
+    nearness, though they lose their digits: a coarse run, ended early, is enough to leave them.
+    """
+    numbers = [k for k, place in enumerate(model.singular) if place.is_of_turns]
+    if not numbers or request.accuracy is None or isinstance(request.times, Grid):
+        return None
+    functions, ends = context.functions_of(model, request.budget), request.times[:][[0, -1]]
+    problem = problem_of(model, replace(request, times=ends), functions)
+    if not np.isfinite(problem.rhs(problem.start, problem.y0)).all():
+        return None
+    run = CoarseRun(problem, Watch(), COARSE).explicit
+    times, states = [problem.start], [problem.y0]
+    while run.evaluations < _EVALUATIONS and run.advance(len(problem.times), 1):
+        times.append(run.t)
+        states.append(run.y.copy())
+    factors = np.abs(functions.singular(np.array(times), np.array(states))[:, numbers])
+    near = np.flatnonzero(factors.min(axis=0) <= _LOCKED * factors.max(axis=0))
+    return model.singular[numbers[near[0]]] if len(near) else None
 
 
 def passage_of_run(model: Model, factors: Table, run: Trajectory) -> SingularPassage | None:

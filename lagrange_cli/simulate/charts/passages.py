@@ -14,6 +14,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +23,21 @@ from lagrange_cli.errors import InputError, Problem, SingularError
 from lagrange_cli.phrases import Phrase, with_part
 from lagrange_cli.simulate.arrays import Array
 from lagrange_cli.simulate.charts.continuation import (
-    AngleReversal,
     ContinuedCoordinates,
-    KnownMotion,
-    continue_coordinates,
 )
 from lagrange_cli.simulate.charts.detection import (
-    NEAR_SINGULAR,
     SingularPassage,
     first_passage,
+    gimbal_lock,
     passage_of_run,
     singular_start,
 )
-from lagrange_cli.simulate.charts.sample_grid import FINEST, grid_of
+from lagrange_cli.simulate.charts.former_coordinates import (
+    first_not_positive,
+    follow,
+    former_columns,
+    radians_moved,
+)
 from lagrange_cli.simulate.model.model import ChartSingularity, FormerChart, Model
 from lagrange_cli.simulate.options import SimulationOptions
 from lagrange_cli.simulate.request import Request
@@ -44,10 +47,12 @@ from lagrange_cli.simulate.samples import RowSequence
 from lagrange_cli.simulate.simulation import RunContext, integrate
 from lagrange_cli.simulate.system.functions import KeptFunctions
 from lagrange_cli.simulate.system.tables import Table
-from lagrange_cli.simulate.system.tracing import functions_of
 
 #: The turn that is regular everywhere.
 _QUATERNION = "turn: {quaternion: [q0, q1, q2, q3]}"
+
+#: Largest number of parts in all.
+_FINEST = 2**17
 
 #: Least number of parts of the time in which singular configurations are looked for.
 WATCHED = 500
@@ -93,7 +98,10 @@ def simulate_in_charts(
 
     try:
         request = context.resolved(model, options)
-        every = grid_of(request).every(WATCHED)
+        by_quaternion = _by_quaternion(model, request, options, with_multipliers, context)
+        if by_quaternion is not None:
+            return by_quaternion
+        every = _grid_of(request).every(WATCHED)
         first = integrate(model, request, context, every=every, look=look)
     except InputError as refusal:
         return _from_start(model, options, with_multipliers, context, refusal)
@@ -111,6 +119,24 @@ def simulate_in_charts(
     if second is not None and (second.status == "ok" or second.t[-1] > first.t[-1]):
         return _with_costs(second, [first])
     return _thinned(_cut(first, passage), every)
+
+
+def _by_quaternion(
+    model: Model,
+    request: Request,
+    options: SimulationOptions,
+    with_multipliers: Callable[[], Model] | None,
+    context: RunContext,
+) -> Trajectory | None:
+    """Simulate by quaternions what comes near a gimbal lock; None if nothing does, or they cannot.
+
+    They cost no more, while angles may take minutes to lose their accuracy there.
+    """
+    singularity = None if with_multipliers is None else gimbal_lock(model, request, context)
+    if with_multipliers is None or singularity is None:
+        return None
+    alone = replace(_alone(context), functions=None)
+    return _in_other(with_multipliers, singularity, options, alone)
 
 
 def _refuse_met(passage: SingularPassage | None, times: RowSequence) -> None:
@@ -197,6 +223,37 @@ def _sliced(columns: Mapping[str, Array], numbers: NDArray[np.intp]) -> dict[str
     return {name: values[numbers] for name, values in columns.items()}
 
 
+# Times between samples.
+
+
+class _SampleGrid(NamedTuple):
+    """Times between samples that are asked for, and steps of fixed size in each (0: adaptive)."""
+
+    intervals: int
+    steps: int
+
+    def finer(self, every: int, wanted: int) -> int:
+        """Return a multiple of ``every`` that makes as many parts as wanted, if steps are free."""
+        return every if self.steps else every * -(-self.every(wanted) // every)
+
+    def every(self, wanted: int) -> int:
+        """Return the parts of each interval that make so many in all, or as many as possible."""
+        parts = max(1, -(-min(wanted, _FINEST) // self.intervals))
+        if not self.steps:
+            return parts
+        most = min(parts, self.steps)
+        possible = (k for k in range(most, self.steps + 1) if self.steps % k == 0)
+        return next(possible)
+
+
+def _grid_of(request: Request) -> _SampleGrid:
+    """Return the grid of the times that are asked for."""
+    steps = (
+        0 if request.step is None else round((request.times[1] - request.times[0]) / request.step)
+    )
+    return _SampleGrid(len(request.times) - 1, steps)
+
+
 # The same motion in other coordinates.
 
 
@@ -233,7 +290,7 @@ def _with_chart(
     if not gone:
         return integrate(model, request, context)
     run, continued, every = _run_and_followed(model, chart, request, context)
-    former = _former_columns(chart, gone, continued, run)
+    former = former_columns(chart, gone, continued, run)
     run = _thinned(replace(run, columns=former | dict(run.columns)), every)
     if not continued.lost:
         return run
@@ -244,7 +301,7 @@ def _run_and_followed(
     model: Model, chart: FormerChart, request: Request, context: RunContext
 ) -> tuple[Trajectory, ContinuedCoordinates, int]:
     """Run with as many samples as former coordinates need; return it, these, and the stride."""
-    started, spent, grid = time.perf_counter(), 0.0, grid_of(request)
+    started, spent, grid = time.perf_counter(), 0.0, _grid_of(request)
     every, before = grid.every(WATCHED), list[Trajectory]()
     deadline = started + (request.budget or np.inf)
     if request.budget is not None:
@@ -254,7 +311,7 @@ def _run_and_followed(
     while True:
         run = _thinned(whole, fine // every)
         begun = time.perf_counter()
-        continued = _follow(model, chart, run, deadline)
+        continued = follow(model, chart, run, deadline)
         spent += time.perf_counter() - begun
         finer = grid.every(_wanted(chart, continued, run, grid.intervals * every))
         if every < finer <= fine:
@@ -275,26 +332,18 @@ def _run_and_followed(
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
 
 
-def _moves(chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory) -> Array:
-    """Return the angle turned from sample to sample by the fastest coordinate, shape (m,)."""
-    turning = [j for j, kind in enumerate(chart.kinds) if kind == "angle"]
-    step = float(run.t[-1] - run.t[0]) / max(len(run.t) - 1, 1)
-    moves = np.nan_to_num(np.abs(continued.v[:, turning]) * step)
-    return np.asarray(moves.max(axis=1, initial=0.0))
-
-
 def _wanted(
     chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, intervals: int
 ) -> int:
     """Return the number of intervals in which coordinates can be followed, after a trial."""
     passes = continued.lost or continued.unknown is not None
     wanted = _FOLLOWED if passes and run.status == "ok" else WATCHED
-    most = float(np.quantile(_moves(chart, continued, run), _USUALLY))
+    most = float(np.quantile(radians_moved(chart, continued, run), _USUALLY))
     if len(continued.v) < len(run.t) and continued.unknown is None:
         most = max(most, 2.0)
     if most <= 1:
         return wanted
-    doublings = math.ceil(math.log2(min(most, FINEST)))
+    doublings = math.ceil(math.log2(min(most, _FINEST)))
     return max(wanted, intervals << doublings)
 
 
@@ -302,8 +351,8 @@ def _as_far_as(
     chart: FormerChart, continued: ContinuedCoordinates, run: Trajectory, deadline: float
 ) -> Trajectory:
     """Cut a run behind the samples at which former coordinates have been found."""
-    moves, m = _moves(chart, continued, run), len(continued.q)
-    left = _first_not_positive(chart, continued)
+    moves, m = radians_moved(chart, continued, run), len(continued.q)
+    left = first_not_positive(chart, continued)
     if left is not None and left[0] <= m:
         m, name = left
         said = f"'{name}' is declared positive, and reaches 0 after t = {run.t[m - 1]:.9g}"
@@ -322,19 +371,8 @@ def _as_far_as(
         return _until(run, m, said, "accuracy_not_reached")
     if late:
         return _until(run, m, f"stopped; what is kept ends at {last}", "stopped")
-    said = f"{names} cannot be followed past {last}: the motion is too fast for {FINEST} samples"
+    said = f"{names} cannot be followed past {last}: the motion is too fast for {_FINEST} samples"
     return _until(run, m, said, "accuracy_not_reached")
-
-
-def _first_not_positive(
-    chart: FormerChart, continued: ContinuedCoordinates
-) -> tuple[int, str] | None:
-    """Return the number of samples before a coordinate declared positive is not, and its name."""
-    numbers = [chart.coordinates.index(name) for name in chart.positive]
-    below = np.argwhere(continued.q[:, numbers] <= 0)
-    if not len(below):
-        return None
-    return max(int(below[0, 0]), 1), chart.positive[below[0, 1]]
 
 
 def _with_costs(run: Trajectory, before: Sequence[Trajectory]) -> Trajectory:
@@ -388,59 +426,3 @@ def _choice(names: list[str], t: float) -> str:
         names=", ".join(names),
         t=f"{t:.9g}",
     )
-
-
-def _follow(
-    model: Model, chart: FormerChart, run: Trajectory, deadline: float
-) -> ContinuedCoordinates:
-    """Continue former coordinates along a run."""
-    functions, parameters = functions_of(chart.functions), model.numbers
-    names = model.coordinates
-    relative = (run.estimated or 0.0) + float(np.finfo(float).eps)
-    samples = KnownMotion(
-        run.t,
-        np.column_stack([run.columns[name] for name in names]),
-        np.column_stack([run.columns[f"dot({name})"] for name in names]),
-        relative * np.array([run.scales[name] for name in names]),
-    )
-    return continue_coordinates(
-        samples,
-        None if chart.start is None else np.array(chart.start),
-        len(chart.coordinates),
-        lambda t, y: functions["positions"](t, y, parameters),
-        lambda t, y: functions["velocities"](t, y, parameters),
-        deadline,
-        _turning(chart),
-    )
-
-
-def _turning(chart: FormerChart) -> AngleReversal | None:
-    """Return the facts that decide past a singular configuration; None without a known start."""
-    if chart.start is None:
-        return None
-    return AngleReversal(
-        np.array([kind == "angle" for kind in chart.kinds]),
-        np.array([name in chart.steady for name in chart.coordinates]),
-        np.array(chart.start[len(chart.coordinates) :]),
-    )
-
-
-def _former_columns(
-    chart: FormerChart, names: list[str], continued: ContinuedCoordinates, run: Trajectory
-) -> dict[str, Array]:
-    """Return columns of former coordinates, NaN if not known to the accuracy asked for."""
-    values, rates = {}, {}
-    eps = run.requested or NEAR_SINGULAR
-    speeds = np.nan_to_num(np.abs(continued.v)).max(axis=1)
-    for name in names:
-        j = chart.coordinates.index(name)
-        q, v, off = continued.q[:, j], continued.v[:, j], continued.amplification[:, j]
-        size = 1.0
-        if chart.kinds[j] != "angle":
-            size = float(np.nanmax(np.abs(q), initial=0.0))
-        known = off <= eps * size
-        fastest = max(float(np.abs(v[known]).max(initial=0.0)), size)
-        steady = known & (np.where(known, off, 0.0) * speeds <= eps * fastest)
-        values[name] = np.where(known, q, np.nan)
-        rates[f"dot({name})"] = np.where(steady, v, np.nan)
-    return values | rates

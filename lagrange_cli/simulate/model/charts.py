@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from sympy import Expr
 
     from lagrange_cli.mechanics.equations import Equations
-    from lagrange_cli.mechanics.system import Coordinate
+    from lagrange_cli.mechanics.system import Coordinate, ReplacedChart
     from lagrange_cli.program.program import Program
 
 
@@ -104,6 +104,8 @@ def former_chart(equations: Equations) -> FormerChart | None:
     ``equations``: with functions of time in place of inputs. Recorded ones in positions leave none.
     """
     chart, inputs = equations.system.chart, {u.symbol for u in equations.system.inputs}
+    if chart is not None and chart.turns:
+        return _former_turns(chart)
     if chart is None or any(
         not inputs.isdisjoint(place.velocity.free_symbols) for place in chart.places
     ):
@@ -131,3 +133,16 @@ def former_chart(equations: Equations) -> FormerChart | None:
         chart.steady,
         tuple(c.name for c in chart.coordinates if c.is_positive),
     )
+
+
+def _former_turns(chart: ReplacedChart) -> FormerChart:
+    """Gather the angles that quaternions have replaced."""
+    names = [c.name for c in chart.coordinates]
+    angles = tuple(name for turn in chart.turns for name in turn.angles)
+    numbers = [names.index(name) for name in angles]
+    start = None
+    if chart.start is not None:
+        rows = chart.start.positions, chart.start.velocities
+        start = tuple(row[k] for row in rows for k in numbers)
+    kinds = ("angle",) * len(angles)
+    return FormerChart(angles, kinds, start, StoredFunctions(), turns=chart.turns)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from lagrange_cli.errors import Mark
 from lagrange_cli.program.lowered.stored import StoredFunctions
+from lagrange_cli.scene.bodies import ThreeAngles
 from lagrange_cli.scene.conditions import SimulationDefaults
 from lagrange_cli.simulate.model.labels import Labels
 from lagrange_cli.state_layout import StateLayout
@@ -123,6 +124,9 @@ class FormerChart:
         Coordinates whose rates are proven to keep their signs, or to stay zero.
     positive
         Coordinates that the scene declares positive.
+    turns
+        Turns whose angles these coordinates are; without any, ``functions`` give the coordinates
+        of the model.
     """
 
     coordinates: tuple[str, ...]
@@ -131,6 +135,7 @@ class FormerChart:
     functions: StoredFunctions
     steady: tuple[str, ...] = ()
     positive: tuple[str, ...] = ()
+    turns: tuple[ThreeAngles, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -409,11 +414,16 @@ def _chart(
     functions: dict[str, str],
     steady: list[str],
     positive: list[str],
+    turns: list[dict[str, Any]],
 ) -> FormerChart:
     begun = None if start is None else tuple(start)
     names = tuple(coordinates), tuple(kinds)
     stored = StoredFunctions(**functions)
-    return FormerChart(*names, begun, stored, tuple(steady), tuple(positive))
+    by_quaternions = (
+        ThreeAngles(turn["axes"], tuple(turn["angles"]), tuple(turn["parts"])) for turn in turns
+    )
+    borders = tuple(steady), tuple(positive)
+    return FormerChart(*names, begun, stored, *borders, tuple(by_quaternions))
 
 
 def _recording(mark: dict[str, Any], column_mark: dict[str, Any], **fields: Any) -> Recording:

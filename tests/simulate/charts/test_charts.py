@@ -388,7 +388,7 @@ def test_many_turns_between_two_samples(rate):
 
 @pytest.mark.slow
 def test_turns_that_are_too_many_are_refused(monkeypatch):
-    for name in ("passages.WATCHED", "passages.FINEST", "sample_grid.FINEST"):
+    for name in ("passages.WATCHED", "passages._FINEST"):
         monkeypatch.setattr(f"lagrange_cli.simulate.charts.{name}", 20)
     run = ran(SPIN.replace("RATE", "80"), "multiplier", until=0.6)
     assert run.status == "accuracy_not_reached"
