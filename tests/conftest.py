@@ -100,7 +100,7 @@ COMPILERS = {name: path for name in ("cc", "gcc") if (path := shutil.which(name)
 _LIGHT_COMPILER = """\
 #!/bin/sh
 case " $* " in
-*" -shared "*) exec {real} "$@" -O1 ;;
+*" -shared "*) exec {real} "$@" -Og ;;
 *) exec {real} "$@" ;;
 esac
 """
