@@ -203,7 +203,7 @@ def _sources(
         return None
     reduced = derivation.reduced
     positional = raw_terms(reduced).positional
-    entries = [entry for row in derivation.mass for entry in row.values()]
+    entries = [e for row in derivation.mass for e in row.values()] if derivation.collected else []
     terms = sum(map(len, [*entries, *derivation.forcing]))
     return DerivationSources(
         plain_sum((derivation.extra, *(negative(reduced.resolve(u)) for u in positional))),

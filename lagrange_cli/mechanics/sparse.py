@@ -49,22 +49,22 @@ class ExpressionRow(Sequence["Expr"]):
 
         columns = range(self._length)[place]
         if isinstance(columns, range):
-            return tuple(self._nonzero.get(j, sympy.S.Zero) for j in columns)
-        return self._nonzero.get(columns, sympy.S.Zero)
+            return tuple(self.nonzero.get(j, sympy.S.Zero) for j in columns)
+        return self.nonzero.get(columns, sympy.S.Zero)
 
     def __iter__(self) -> Iterator[Expr]:
         return iter(self[:])
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, ExpressionRow):
-            return (self._length, self._nonzero) == (other._length, other._nonzero)
+            return (self._length, self.nonzero) == (other._length, other.nonzero)
         return isinstance(other, tuple) and self[:] == other
 
     def __hash__(self) -> int:
         return hash(self[:])
 
     def __repr__(self) -> str:
-        return f"ExpressionRow({self._length}, {self._nonzero})"
+        return f"ExpressionRow({self._length}, {self.nonzero})"
 
 
 def entries(row: Sequence[Expr]) -> Mapping[int, Expr]:

@@ -58,13 +58,11 @@ _TERM_BUDGET = 400
 def structure_facts(derivation: Uncertified) -> Facts:
     """Prove structure facts; a fact without proof is False."""
     reduced = derivation.reduced
-    mass = derivation.upper_triangle
     forcing = symbols_of_all(term for row in derivation.forcing for term in row)
     moving = {c.q for c in reduced.coordinates} | {c.v for c in reduced.coordinates}
     moving.add(reduced.names.t)
-    inertia = symbols_of_all(mass.values())
+    inertia = symbols_of_all(derivation.inertia.parts)
     constant = inertia.isdisjoint(moving)
-    diagonal = all(e == 0 for (j, k), e in mass.items() if j != k)
     symbols = inertia | forcing
     symbols = symbols.union(*(symbols_in(closure.expression) for closure in derivation.pushing))
     symbols |= symbols_of_all(e for state in reduced.states for e in state.expressions)
@@ -78,7 +76,7 @@ def structure_facts(derivation: Uncertified) -> Facts:
     )
     return Facts(
         constant_mass_matrix=constant,
-        diagonal_mass_matrix=diagonal,
+        diagonal_mass_matrix=derivation.inertia.is_diagonal,
         separable=apart and not derivation.pushing,
         autonomous=symbols.isdisjoint([reduced.names.t, *reduced.names.inputs.values()]),
         rheonomic=any(reduced.names.t in symbols_in(e) for e in positions),

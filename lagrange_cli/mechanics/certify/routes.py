@@ -12,7 +12,6 @@ from decimal import Decimal
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.arithmetic import negative, plain_sum
 from lagrange_cli.mechanics.algebra.substitution import at_rest
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
@@ -74,12 +73,8 @@ class Tapes:
         self.parameters = [*reduced.names.parameters.values(), *reduced.names.external_symbols]
         self.still = [self.t, *self.q, *self.parameters]
         self.moving = [self.t, *self.q, *self.v, *self.parameters]
-        entries = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
-        if any(derivation.mass[j][k] != derivation.mass[k].get(j) for j, k in entries):
-            raise InternalError(Problem("the derived mass matrix is not symmetric"))
-        self.upper = list(derivation.upper_triangle)
-        masses = derivation.upper_triangle.values()
-        self.derived = Tape([*masses, *derivation.forcing_sums], self.moving)
+        self.inertia = derivation.inertia
+        self.derived = Tape([*self.inertia.parts, *derivation.forcing_sums], self.moving)
         lagrangian = derivation.lagrangian
         shown = [lagrangian, derivation.kinetic, derivation.potential]
         self.lagrangian = Tape(shown, self.moving)
@@ -152,10 +147,11 @@ class Tapes:
         values = self.derived.run_in_decimals(
             [(point[s], _ZERO, _ZERO) for s in self.moving], 0
         ).values
+        count = len(self.inertia.parts)
         mass: list[dict[int, Decimal]] = [{} for _ in range(self.n)]
-        for (j, k), value in zip(self.upper, values, strict=False):
+        for (j, k), value in self.inertia.numbers(values[:count]).items():
             mass[j][k] = mass[k][j] = value
-        return mass, values[len(self.upper) :]
+        return mass, values[count:]
 
     def series(self, point: DecimalValues) -> dict[sp.Symbol, Jet]:
         """t, q, v and parameters along the motion with the state's accelerations."""

@@ -25,6 +25,7 @@ import sympy as sp
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.polynomials import term_count
+from lagrange_cli.mechanics.dynamics.inertia import CarryingFrame, TreeInertia, UnitMotion
 from lagrange_cli.mechanics.dynamics.shared_vectors import NO_VECTOR, Shared, Vector
 from lagrange_cli.mechanics.elements.tree import ENTRIES, BodyTree, TreeFrame, TreeMotion
 from lagrange_cli.mechanics.free_symbols import symbols_in
@@ -355,25 +356,31 @@ class BodyRecursion:
         self,
         further: Mapping[tuple[int, int], Sequence[sp.Expr]],
         forcing: Sequence[Sequence[sp.Expr]],
-    ) -> tuple[dict[tuple[int, int], sp.Expr], list[sp.Expr]]:
-        """Return the upper triangle of M by row and column, and f, with the terms of all else."""
+    ) -> tuple[TreeInertia, list[sp.Expr]]:
+        """Return M and f with the terms of all else."""
         shared = self._shared
-        entries = {place: [*terms] for place, terms in further.items()}
         rows: list[list[sp.Expr]] = [[] for _ in self._q]
+        number = {id(link): k for k, link in enumerate(self._links.values())}
+        frames: list[CarryingFrame] = []
         for link in reversed(self._links.values()):
             mass = shared.add(*link.mass)
             moment, force, torque = map(shared.total, (link.moment, link.force, link.torque))
             inertia = [shared.add(*(t[k] for t in link.inertia)) for k in range(6)]
             self._add_work(link, force, torque, rows)
-            for number, amount in enumerate(link.amounts):
-                momentum = self._momentum(amount, mass, moment, inertia)
-                self._add_column(link, number, momentum, entries)
+            motions = tuple(
+                UnitMotion(a.axis, a.is_turn, a.slopes, *self._momentum(a, mass, moment, inertia))
+                for a in link.amounts
+            )
+            parent = None if link.parent is None else number[id(link.parent)]
+            frames.append(CarryingFrame(parent, link.step, motions))
             if link.parent is not None:
                 self._carry(link, (mass, moment, inertia, force, torque))
-        whole = {place: shared.add(*terms) for place, terms in entries.items()}
-        upper = {place: entry for place, entry in sorted(whole.items()) if entry is not _ZERO}
+        terms = {place: tuple(parts) for place, parts in further.items()}
         pairs = zip(rows, forcing, strict=True)
-        return upper, [shared.add(shared.minus(shared.add(*row)), *terms) for row, terms in pairs]
+        return (
+            TreeInertia(len(self._q), tuple(reversed(frames)), terms),
+            [shared.add(shared.minus(shared.add(*row)), *terms) for row, terms in pairs],
+        )
 
     def _momentum(
         self, amount: _Amount, mass: sp.Expr, moment: Vector, inertia: Sequence[sp.Expr]
@@ -383,30 +390,6 @@ class BodyRecursion:
         if amount.is_turn:
             return shared.cross(amount.axis, moment), shared.times(inertia, amount.axis)
         return shared.scaled(mass, amount.axis), shared.cross(moment, amount.axis)
-
-    def _add_column(
-        self,
-        link: _Link,
-        number: int,
-        momentum: tuple[Vector, Vector],
-        entries: dict[tuple[int, int], list[sp.Expr]],
-    ) -> None:
-        """Add the products of a motion with itself, earlier ones of its frame, and those below."""
-        shared, (force, torque) = self._shared, momentum
-        amount = link.amounts[number]
-        for at in link.below:
-            for earlier in at.amounts[: number + 1] if at is link else at.amounts:
-                along = shared.dot(earlier.axis, torque if earlier.is_turn else force)
-                if along is _ZERO:
-                    continue
-                for j, first in amount.slopes.items():
-                    for k, second in earlier.slopes.items():
-                        if earlier is amount and k < j:
-                            continue
-                        value = shared.multiply(first, second, along)
-                        terms = entries.setdefault((min(j, k), max(j, k)), [])
-                        terms += [value, value] if j == k and earlier is not amount else [value]
-            torque = shared.total((torque, shared.cross(at.step, force)))
 
     def _carry(
         self,

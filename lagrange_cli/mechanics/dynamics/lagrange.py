@@ -38,6 +38,7 @@ from lagrange_cli.mechanics.algebra.substitution import Element
 from lagrange_cli.mechanics.contacts.gaps import contacts
 from lagrange_cli.mechanics.dynamics.body_recursion import has_long_chain, recursion_of
 from lagrange_cli.mechanics.dynamics.constraints import closures
+from lagrange_cli.mechanics.dynamics.inertia import CollectedInertia, TreeInertia, full_rows
 from lagrange_cli.mechanics.dynamics.potential_forces import (
     CoordinateForce,
     PotentialForces,
@@ -76,6 +77,8 @@ class Uncertified:
 
     Attributes
     ----------
+    inertia
+        M.
     energies
         T and V over q, v, t in display form.
     extra
@@ -100,8 +103,7 @@ class Uncertified:
     """
 
     reduced: Reduced
-    mass: tuple[Mapping[int, tuple[sp.Expr, ...]], ...]
-    mass_matrix: tuple[ExpressionRow, ...]
+    inertia: CollectedInertia | TreeInertia
     forcing: tuple[tuple[sp.Expr, ...], ...]
     energies: ShownEnergies
     extra: sp.Expr
@@ -122,6 +124,14 @@ class Uncertified:
         return (*self.closures, *(c.closure for c in self.contacts))
 
     @property
+    def mass(self) -> Sequence[Mapping[int, tuple[sp.Expr, ...]]]:
+        return self.inertia.terms
+
+    @property
+    def mass_matrix(self) -> tuple[ExpressionRow, ...]:
+        return self.inertia.rows
+
+    @property
     def kinetic(self) -> sp.Expr:
         return self.energies.kinetic
 
@@ -140,16 +150,6 @@ class Uncertified:
     def forcing_sums(self) -> tuple[sp.Expr, ...]:
         """Each entry of f as the sum of its terms."""
         return tuple(map(self._total, self.forcing))
-
-    @cached_property
-    def upper_triangle(self) -> dict[tuple[int, int], sp.Expr]:
-        """Entries of M that are not zero, each as the sum of its terms: (row, column ≥ row)."""
-        return {
-            (j, k): self._total(terms)
-            for j, row in enumerate(self.mass)
-            for k, terms in row.items()
-            if j <= k
-        }
 
     def _total(self, terms: tuple[sp.Expr, ...]) -> sp.Expr:
         return terms[0] if self.tree is not None and terms else plain_sum(terms)
@@ -225,11 +225,14 @@ class _Builder:
         upper = {place: terms for place, terms in upper.items() if terms}
         forcing = tuple(tuple(f.collected()) for f in self.forcing)
         tree = None if self.recursion is None else self.recursion.tree(upper)
+        inertia: CollectedInertia | TreeInertia
         if self.recursion is None:
-            inertia = {place: factored(list(terms)) for place, terms in upper.items()}
+            shown = {place: factored(list(terms)) for place, terms in upper.items()}
+            rows = tuple(ExpressionRow(self.n, row) for row in full_rows(self.n, shown))
+            inertia = CollectedInertia(full_rows(self.n, upper), rows)
         else:
+            shown = {}
             inertia, sums = self.recursion.equations(upper, forcing)
-            upper = {place: (entry,) for place, entry in inertia.items()}
             forcing = tuple((f,) if f is not sp.S.Zero else () for f in sums)
         velocity = {
             s: self._velocity(s) for body in self.reduced.names.particle_symbols for s in body
@@ -237,14 +240,13 @@ class _Builder:
         closure_equations, gaps = closures(self.reduced)
         return Uncertified(
             self.reduced,
-            tuple(_full(self.n, upper)),
-            tuple(ExpressionRow(self.n, row) for row in _full(self.n, inertia)),
+            inertia,
             forcing,
             ShownEnergies(
                 self.reduced,
                 self.terms,
                 velocity,
-                inertia,
+                shown,
                 self.splitter,
                 self.brackets,
                 self.rate_sums,
@@ -440,11 +442,3 @@ class _Builder:
             return ()
         expanded = expand_terms(expr, self._budget)
         return [e for e in expanded if e != 0] if expanded is not None else sp.Add.make_args(expr)
-
-
-def _full(size: int, upper: Mapping[tuple[int, int], _Entry]) -> list[dict[int, _Entry]]:
-    """The rows of a symmetric matrix, from its upper triangle in the order of rows."""
-    rows: list[dict[int, _Entry]] = [{} for _ in range(size)]
-    for (j, k), entry in upper.items():
-        rows[j][k] = rows[k][j] = entry
-    return rows

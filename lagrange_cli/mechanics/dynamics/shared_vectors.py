@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from typing import TypeAlias
+from decimal import Decimal
+from typing import Any, TypeAlias
 
 import sympy as sp
 
@@ -74,8 +76,6 @@ class Shared:
         return self.add(*(self.multiply(x, y) for x, y in zip(a, b, strict=True)))
 
     def cross(self, a: Vector, b: Vector) -> Vector:
-        if NO_VECTOR in (a, b):
-            return NO_VECTOR
         x, y, z = (
             self.add(self.multiply(a[i], b[j]), self.minus(self.multiply(a[j], b[i])))
             for i, j in ((1, 2), (2, 0), (0, 1))
@@ -113,3 +113,19 @@ class Shared:
             else:
                 tensor.append(self.minus(self.add(first[i][j], second[j][i])))
         return tensor
+
+
+class NumberVectors(Shared):
+    """The same sums and products of decimals."""
+
+    def add(self, *terms: Any) -> Any:
+        """Return the sum."""
+        return sum(terms, Decimal(0))
+
+    def multiply(self, *factors: Any) -> Any:
+        """Return the product."""
+        return math.prod(factors, start=Decimal(1))
+
+    def minus(self, term: Any) -> Any:
+        """Return the opposite."""
+        return -term

@@ -93,6 +93,9 @@ def is_large_system(equations: Equations) -> bool:
         return False
     if equations.system.sensitivities or equations.system.states:
         return False
+    sources = equations.derivation.sources
+    if sources is not None and sources.tree is not None:
+        return False  # its joints move what stands on them together
     rows = enumerate(equations.system.mass_matrix)
     return equations.derivation.facts.diagonal_mass_matrix or all(
         entries(r).keys() == {i} for i, r in rows

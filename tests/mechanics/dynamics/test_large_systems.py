@@ -118,7 +118,10 @@ def test_a_wrong_row_among_many_is_caught(row: int) -> None:
     mass[row][row] = tuple(2 * e for e in mass[row][row])
     forcing = list(right.forcing)
     forcing[row] = (*forcing[row], sp.Rational(1, 10**20))
-    for wrong in (replace(right, mass=tuple(mass)), replace(right, forcing=tuple(forcing))):
+    for wrong in (
+        replace(right, inertia=replace(right.inertia, terms=mass)),
+        replace(right, forcing=tuple(forcing)),
+    ):
         with pytest.raises(InternalError):
             certify(wrong, 30, 8)
 

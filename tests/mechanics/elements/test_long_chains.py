@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from decimal import Decimal
+
+import mpmath
 import numpy as np
 import pytest
+from mpmath import mpf
 
-from lagrange_cli.errors import InputError
+from lagrange_cli.api.emitters import EMITTERS
+from lagrange_cli.errors import InputError, InternalError
 from lagrange_cli.mechanics import derive, reduce
+from lagrange_cli.mechanics.certify.certificate import certify
+from lagrange_cli.mechanics.certify.routes import Tapes
 from lagrange_cli.mechanics.dynamics import body_recursion
+from lagrange_cli.mechanics.dynamics.inertia import CarryingFrame, TreeInertia
+from lagrange_cli.mechanics.dynamics.lagrange import derive_uncertified
 from lagrange_cli.mechanics.free_symbols import distinct_parts
 from lagrange_cli.mechanics.numerics.autodiff import evaluate
+from lagrange_cli.mechanics.numerics.elementary import in_decimals, to_decimal, to_mpf
 from lagrange_cli.program.operations import count_operations
 from lagrange_cli.program.program import build_program
 from lagrange_cli.scene import read_text
@@ -73,6 +85,75 @@ def test_recursion_gives_the_equations_that_are_collected(
     ]
     scale = max(map(abs, numbers[0]))
     assert max(abs(a - b) for a, b in zip(*numbers, strict=True)) <= 1e-13 * scale
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_inertia_of_numbers_is_that_of_expressions(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(body_recursion, "CHAIN_TERMS", 0)
+    derivation = derive_uncertified(reduce(read_text(random_tree(seed, 1 + seed).scene())))
+    tree = derivation.inertia
+    assert isinstance(tree, TreeInertia)
+    tapes = Tapes(derivation)
+    random = np.random.default_rng(seed)
+    with mpmath.workdps(30), in_decimals():
+        point = {s: Decimal(random.uniform(-1, 1)) for s in (*tapes.moving, *tapes.a)}
+        rows, _ = tapes.derived_parts(point)
+        state = {s: to_mpf(x) for s, x in point.items()}
+        exact = [{k: evaluate([e], state)[0] for k, e in row.items()} for row in tree.full]
+        scale = max(abs(x) for row in exact for x in row.values())
+        for row, expected in zip(rows, exact, strict=True):
+            for k in range(tree.size):
+                difference = row.get(k, Decimal(0)) - to_decimal(expected.get(k, mpf(0)))
+                assert abs(difference) <= Decimal("1e-25") * to_decimal(scale)
+
+
+def _with(change: Callable[[CarryingFrame], CarryingFrame]) -> Callable[[TreeInertia], TreeInertia]:
+    """Change the third frame of a tree."""
+
+    def planted(tree: TreeInertia) -> TreeInertia:
+        return replace(tree, frames=(*tree.frames[:2], change(tree.frames[2]), *tree.frames[3:]))
+
+    return planted
+
+
+def _with_motion(**other: str) -> Callable[[TreeInertia], TreeInertia]:
+    """Give one vector of the third joint the value of another of its vectors."""
+
+    def changed(frame: CarryingFrame) -> CarryingFrame:
+        (motion,) = frame.motions
+        vectors = {name: getattr(motion, source) for name, source in other.items()}
+        return replace(frame, motions=(replace(motion, **vectors),))
+
+    return _with(changed)
+
+
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        pytest.param(_with(lambda f: replace(f, parent=0)), id="a frame below is forgotten"),
+        pytest.param(_with(lambda f: replace(f, step=f.step[::-1])), id="the step is another"),
+        pytest.param(_with_motion(axis="force"), id="the axis is another"),
+        pytest.param(_with_motion(torque="force"), id="the moment of momentum is another"),
+        pytest.param(_with_motion(force="torque"), id="the momentum is another"),
+    ],
+)
+def test_mistakes_of_the_inertia_of_a_chain_do_not_pass(
+    mistake: Callable[[TreeInertia], TreeInertia],
+) -> None:
+    derivation = derive_uncertified(reduce(read_text(chain_of_bodies(8))))
+    assert isinstance(derivation.inertia, TreeInertia)
+    assert certify(derivation, 30, 1).certificate.mismatch < 1e-20
+    with pytest.raises(InternalError, match=r"disagree with Newton's law"):
+        certify(replace(derivation, inertia=mistake(derivation.inertia)), 30, 1)
+
+
+def test_code_of_a_long_chain_needs_no_entry_of_its_mass_matrix(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(TreeInertia, "full", property(lambda _: pytest.fail("M was made")))
+    EMITTERS["c"].emit(derive(read_text(f"name: chain\n{chain_of_bodies(20)}")))
 
 
 def test_angles_of_several_coordinates_slides_and_driven_joints_are_recursive_too(
