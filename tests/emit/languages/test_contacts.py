@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import subprocess
+import tempfile
+from functools import cache
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,17 +94,25 @@ RUNS = {
 }
 
 
+@cache
+def by_c(name):
+    """Equations, the words of a run, and what the program of C says for them."""
+    equations = contacts.IN_AIR[name]() if name in contacts.IN_AIR else derived(name)
+    start, end = equations.system.simulate.start, equations.system.simulate.until
+    words = [f"until={start + RUNS[name] * (end - start)!r}", "steps=2"]
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder, "run")
+        run("gcc", "-O1", write(equations, Path(folder), main=True), "-o", program, "-lm")
+        return equations, words, subprocess.run([program, *words], capture_output=True, text=True)
+
+
 @every_language
 @pytest.mark.parametrize("name", RUNS)
 def test_scripts_follow_events_as_c_does(driver, name, tmp_path):
     driver.require()
     if driver.is_slow and name not in ("dropped_rod", "ball_in_air"):
         pytest.skip("two runs show it")
-    equations = contacts.IN_AIR[name]() if name in contacts.IN_AIR else derived(name)
-    start, end = equations.system.simulate.start, equations.system.simulate.until
-    words = [f"until={start + RUNS[name] * (end - start)!r}", "steps=2"]
-    run("gcc", "-O1", write(equations, tmp_path, main=True), "-o", tmp_path / "run", "-lm")
-    expected = subprocess.run([tmp_path / "run", *words], capture_output=True, text=True)
+    equations, words, expected = by_c(name)
     module = driver.emitted(equations, tmp_path / "module")
     command = driver.script(module, words)
     found = subprocess.run(command, capture_output=True, text=True, cwd=module.folder)
