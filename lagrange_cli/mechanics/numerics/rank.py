@@ -34,6 +34,9 @@ _ROUNDS = 3
 #: Largest entry that is rounding of the 30 digits of others: five digits are lost at most.
 _NOTHING = 1e-25
 
+#: Functions of each variable that are looked at before all others: the components of a position.
+_FIRST = 3
+
 SymbolValues = Mapping[sp.Symbol, mpf]
 Matrix = NDArray[np.float64]
 DoubleRow: TypeAlias = Mapping[int, float]
@@ -109,6 +112,9 @@ def dependent_columns(
     Rows that span the null space of ∂functions/∂variables at the last point, shape
     (nullity, variables); None if the columns are independent at some point.
     """
+    few = _first_holding(functions, variables)
+    if 2 * len(few) <= len(functions) and dependent_columns(few, variables, points[:1]) is None:
+        return None
     null: Matrix | None = None
     for point in points:
         matrix = dense_matrix(_jacobian(functions, variables, point), len(variables))
@@ -120,6 +126,18 @@ def dependent_columns(
             return None
         null = np.linalg.svd(scaled, full_matrices=True)[2][independent:]
     return null
+
+
+def _first_holding(functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol]) -> list[sp.Expr]:
+    """Return the first functions that hold each variable: of many they mostly show all to count."""
+    left = dict.fromkeys(variables, _FIRST)
+    few = []
+    for function in functions:
+        held = symbols_in(function) & left.keys()
+        if any(left[variable] for variable in held):
+            few.append(function)
+            left |= {variable: max(0, left[variable] - 1) for variable in held}
+    return few
 
 
 def dependent_gradients(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
+from mpmath import mpf
 
-from lagrange_cli.mechanics.numerics.rank import rank
+from lagrange_cli.mechanics.numerics.rank import dependent_columns, rank
 
 
 @given(
@@ -31,3 +33,20 @@ def test_the_tolerance_is_relative_to_the_largest(small, expected):
 def test_nothing_has_rank_0():
     assert rank(np.zeros((0, 3)), 1e-9) == rank(np.zeros((2, 0)), 1e-9) == 0
     assert rank(np.zeros((2, 2)), 1e-9) == 0
+
+
+@pytest.mark.parametrize(
+    ("later", "expected"), [(lambda x, y: x + y, 1), (lambda x, y: x + 2 * y, 0)]
+)
+def test_first_functions_that_hold_variables_do_not_decide_alone_that_some_depend(later, expected):
+    x, y = sp.symbols("x y", real=True)
+    functions = [sp.sin(k * (x + y)) for k in range(1, 9)] + [later(x, y)]
+    null = dependent_columns(functions, [x, y], [{x: mpf("0.3"), y: mpf("0.4")}])
+    assert (0 if null is None else len(null)) == expected
+
+
+def test_many_functions_show_by_the_first_of_them_that_no_variables_depend():
+    x, y = sp.symbols("x y", real=True)
+    later = [sp.log(-x) + k for k in range(9)]  # which have no values there
+    functions = [x, x * y, y, x + y, x - y, y**2, *later]
+    assert dependent_columns(functions, [x, y], [{x: mpf("0.3"), y: mpf("0.4")}]) is None
