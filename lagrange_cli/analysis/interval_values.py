@@ -8,7 +8,7 @@ Analysis, 2009).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import mpmath
@@ -19,6 +19,7 @@ from lagrange_cli.mechanics.numerics.bounded_functions import (
     LARGEST_ANGLE,
     LARGEST_EXPONENT,
 )
+from lagrange_cli.program.graph.evaluation import Arithmetic, Evaluation
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.values import Mpf
@@ -209,3 +210,46 @@ IN_INTERVALS: dict[str, Callable[..., Interval]] = {
 
 #: The same, refused where a function jumps: for values, of which derivatives tell all changes.
 WITHOUT_JUMPS = IN_INTERVALS | {"sign": _steady_sign}
+
+
+#: Both ends of an interval as the functions of :mod:`mpmath` take them that its class calls.
+_Ends: TypeAlias = Any
+
+
+def _ends_of(x: Interval) -> _Ends:
+    if not isinstance(x, INTERVALS.mpf):
+        raise NotEnclosedError
+    return x._mpi_
+
+
+def _arithmetic_by_ends(functions: Mapping[str, Callable[..., Interval]]) -> Arithmetic:
+    def by_ends(function: Callable[..., Interval]) -> Callable[..., _Ends]:
+        return lambda *arguments: _ends_of(function(*map(INTERVALS.make_mpf, arguments)))
+
+    return Arithmetic(
+        {name: by_ends(function) for name, function in functions.items()},
+        lambda x: _ends_of(interval_of_ratio(x)),
+        lambda x, y: libmp.mpi_add(x, y, BITS),
+        lambda x, y: libmp.mpi_mul(x, y, BITS),
+        lambda x, y: libmp.mpi_div(x, y, BITS),
+        lambda x, exponent: libmp.mpi_pow_int(x, exponent, BITS),
+    )
+
+
+#: Arithmetic of graphs over ends of intervals: half the time of that over their class.
+BY_ENDS = _arithmetic_by_ends(IN_INTERVALS)
+BY_ENDS_WITHOUT_JUMPS = _arithmetic_by_ends(WITHOUT_JUMPS)
+
+
+def enclosed(
+    evaluation: Evaluation, inputs: Mapping[str, Interval], arithmetic: Arithmetic
+) -> list[Interval]:
+    """Enclose values of a graph, by one of the arithmetics over ends.
+
+    Raises
+    ------
+    ArithmeticError, ValueError
+        They have no values somewhere, or jump where that is refused.
+    """
+    ends_of_inputs = {name: _ends_of(x) for name, x in inputs.items()}
+    return [INTERVALS.make_mpf(x) for x in evaluation.at(ends_of_inputs, arithmetic)]

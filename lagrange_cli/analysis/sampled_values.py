@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.mechanics.equations import Equations
 from lagrange_cli.mechanics.free_symbols import is_open, name_and_order
-from lagrange_cli.program.graph.derivatives import evaluated
+from lagrange_cli.program.graph.evaluation import Arithmetic, Evaluation
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.value_graph import ValueGraph
 
@@ -43,6 +43,9 @@ def double(value: Any) -> np.float64:
     except OverflowError:
         return np.float64(np.inf if value > 0 else -np.inf)
 
+
+#: Arithmetic over arrays of doubles.
+DOUBLES = Arithmetic(IN_DOUBLES, double)
 
 #: States drawn for each wanted one: at some an expression is not real.
 _DRAWN = 3
@@ -121,7 +124,7 @@ class SampledValues:
         wanted = [values.convert(e) for e in expressions]
         named = {name: x for (_, name, _), x in zip(inputs, numbers, strict=True)}
         with np.errstate(all="ignore"):
-            rows = evaluated(values, wanted, named, IN_DOUBLES, double)
+            rows = Evaluation(values, wanted).at(named, DOUBLES)
         count = _DRAWN * self._number
         return np.array([np.broadcast_to(row, (count,)) for row in rows]).reshape(-1, count)
 

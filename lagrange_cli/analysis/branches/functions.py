@@ -18,25 +18,24 @@ import numpy as np
 import sympy as sp
 from mpmath import mpf
 
-from lagrange_cli.analysis.equilibria.rest_functions import IN_DIGITS, enclosed_value, exact_number
+from lagrange_cli.analysis.equilibria.rest_functions import MANY_DIGITS, enclosed_value
 from lagrange_cli.analysis.interval_values import (
-    IN_INTERVALS,
-    WITHOUT_JUMPS,
+    BY_ENDS,
+    BY_ENDS_WITHOUT_JUMPS,
     Interval,
-    interval_of_ratio,
+    enclosed,
 )
-from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
+from lagrange_cli.analysis.sampled_values import DOUBLES
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, evaluated
+from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives
+from lagrange_cli.program.graph.evaluation import Arithmetic, Evaluation
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
-from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
-    from lagrange_cli.program.graph.operands import Coefficient
 
 
 _Nodes: TypeAlias = "dict[tuple[int, ...], ScaledNode]"
@@ -69,21 +68,15 @@ _IN_FLOATS = {name: getattr(math, name) for name in PROGRAM_FUNCTIONS.keys() - _
 
 
 class _Plan:
-    """Values of a graph that are found together, in an order that is found once."""
+    """Values of a graph that are found together."""
 
     def __init__(self, graph: ValueGraph, tables: Sequence[_Entries]) -> None:
         self.tables = tables
-        self._graph = graph
-        self._wanted = [node for table in tables for node in table.nodes.values()]
-        self._order = order_of(graph, [number for _, number in self._wanted])
+        wanted = [node for table in tables for node in table.nodes.values()]
+        self.evaluation = Evaluation(graph, wanted)
 
-    def __call__(
-        self,
-        inputs: Mapping[str, Any],
-        functions: Mapping[str, Callable[..., Any]],
-        number: Callable[[Coefficient], Any],
-    ) -> list[Any]:
-        return evaluated(self._graph, self._wanted, inputs, functions, number, self._order)
+    def __call__(self, inputs: Mapping[str, Any], arithmetic: Arithmetic) -> list[Any]:
+        return self.evaluation.at(inputs, arithmetic)
 
 
 class BranchFunctions:
@@ -216,7 +209,7 @@ class BranchFunctions:
         inputs = dict(self._fixed)
         inputs |= {self._names[s]: x for s, x in zip(self._order, y.tolist(), strict=True)}
         try:
-            numbers = plan(inputs, _IN_FLOATS, float)
+            numbers = plan(inputs, Arithmetic(_IN_FLOATS, float))
         except (ArithmeticError, ValueError):
             return np.full(self._level.shape, np.nan), np.full(self._slopes.shape, np.nan)
         level, slopes = np.zeros(self._level.shape), np.zeros(self._slopes.shape)
@@ -232,7 +225,7 @@ class BranchFunctions:
         """
         inputs = {**self._fixed, **{self._names[s]: points[k] for k, s in enumerate(self._order)}}
         with np.errstate(all="ignore"):
-            numbers = iter(self._motions(inputs, IN_DOUBLES, double))
+            numbers = iter(self._motions(inputs, DOUBLES))
         arrays = []
         for table in self._motions.tables:
             array = np.zeros((points.shape[1], *table.shape))
@@ -284,16 +277,16 @@ class BranchFunctions:
         ArithmeticError, ValueError
             It has no values somewhere, or jumps.
         """
-        return self._enclosed(self._exact, y, WITHOUT_JUMPS)
+        return self._enclosed(self._exact, y, BY_ENDS_WITHOUT_JUMPS)
 
     def enclosed_slopes(self, y: Sequence[Interval]) -> dict[tuple[int, ...], Interval]:
         """Enclose J, its entries by row and column; raises as :meth:`enclosed_levels`."""
-        numbers = self._enclosed(self._linear, y, IN_INTERVALS)[self.size :]
+        numbers = self._enclosed(self._linear, y, BY_ENDS)[self.size :]
         return dict(zip(self._slopes.nodes, numbers, strict=True))
 
     def enclosed_entries(self, y: Sequence[Interval]) -> Derivatives:
         """Enclose F and its first and second derivatives; raises as :meth:`enclosed_levels`."""
-        curvatures = self._enclosed(self._bent, y, IN_INTERVALS)
+        curvatures = self._enclosed(self._bent, y, BY_ENDS)
         bent = dict(zip(self._curvatures.nodes, curvatures, strict=True))
         return Derivatives(self.enclosed_levels(y), self.enclosed_slopes(y), bent)
 
@@ -301,11 +294,11 @@ class BranchFunctions:
         self,
         plan: _Plan,
         y: Sequence[Interval],
-        functions: Mapping[str, Callable[..., Interval]],
+        arithmetic: Arithmetic,
     ) -> list[Interval]:
         point = {self._names[s]: x for s, x in self._enclosed_known.items()}
         point |= {self._names[s]: y[k] for k, s in enumerate(self._order)}
-        return plan(point, functions, interval_of_ratio)
+        return enclosed(plan.evaluation, point, arithmetic)
 
     @cached_property
     def _enclosed_known(self) -> dict[sp.Symbol, Interval]:
@@ -315,7 +308,7 @@ class BranchFunctions:
         point = {self._names[s]: x for s, x in self._known.items()}
         point |= {self._names[s]: y[k] for k, s in enumerate(self._order)}
         try:
-            numbers = plan(point, IN_DIGITS, exact_number)
+            numbers = plan(point, MANY_DIGITS)
         except (ZeroDivisionError, ValueError) as error:
             raise DomainError from error
         if not all(isinstance(x, mpf) and mpmath.isfinite(x) for x in numbers):

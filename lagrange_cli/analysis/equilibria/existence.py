@@ -279,7 +279,7 @@ class EquilibriumProver:
     def _exact_near(self, unknown: Sequence[Mpf]) -> Equilibrium | None:
         """Find exact values of the coordinates near a point that satisfy all equations."""
         system = self.system
-        if any(sp.count_ops(e) > _OPERATIONS for e in (*system.forces, *system.constraints)):
+        if self._is_long:
             return None
         known = system.exact_known
         symbols = set().union(*(e.free_symbols for e in (*system.forces, *system.constraints)))
@@ -291,6 +291,11 @@ class EquilibriumProver:
             if point is not None:
                 return point
         return None
+
+    @cached_property
+    def _is_long(self) -> bool:
+        equations = (*self.system.forces, *self.system.constraints)
+        return any(sp.count_ops(e) > _OPERATIONS for e in equations)
 
     def _exact_positions(self, unknown: Sequence[Mpf]) -> Iterator[dict[sp.Symbol, sp.Expr]]:
         """Yield exact values of the coordinates that are sought, the shortest ones first."""

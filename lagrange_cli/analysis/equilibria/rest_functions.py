@@ -17,20 +17,21 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.interval_values import (
-    IN_INTERVALS,
-    WITHOUT_JUMPS,
+    BY_ENDS,
+    BY_ENDS_WITHOUT_JUMPS,
     Interval,
     around,
+    enclosed,
     interval_of_ratio,
 )
-from lagrange_cli.analysis.sampled_values import IN_DOUBLES, double
+from lagrange_cli.analysis.sampled_values import DOUBLES, double
 from lagrange_cli.analysis.values import Matrix, Mpf
 from lagrange_cli.mechanics.numerics.autodiff import DomainError
 from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS
 from lagrange_cli.mechanics.sparse import entries
-from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives, evaluated
+from lagrange_cli.program.graph.derivatives import UNIT, Tangent, derivatives
+from lagrange_cli.program.graph.evaluation import Arithmetic, Evaluation
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
-from lagrange_cli.program.graph.schedule import order_of
 from lagrange_cli.program.graph.value_graph import ScaledNode, ValueGraph
 
 if TYPE_CHECKING:
@@ -78,12 +79,13 @@ def enclosed_value(value: Mpf, exact: sp.Expr | None) -> Interval:
     return around(value, _DECIMALS * abs(value))
 
 
-@dataclass(frozen=True)
 class _Sized:
     """A number with the size of the terms that it is a sum of: one small beside it is rounding."""
 
-    value: Mpf
-    size: Mpf
+    __slots__ = ("size", "value")
+
+    def __init__(self, value: Mpf, size: Mpf) -> None:
+        self.value, self.size = value, size
 
     def __add__(self, addend: _Sized) -> _Sized:
         return _Sized(self.value + addend.value, self.size + addend.size)
@@ -102,15 +104,20 @@ def _sized(x: Mpf) -> _Sized:
     return _Sized(x, abs(x))
 
 
-def _sized_number(x: Coefficient) -> _Sized:
-    return _sized(exact_number(x))
-
-
 def _of_sized(function: Callable[..., Mpf]) -> Callable[..., _Sized]:
     return lambda *arguments: _sized(function(*(x.value for x in arguments)))
 
 
-_WITH_SIZES = {name: _of_sized(function) for name, function in IN_DIGITS.items()}
+#: Arithmetic in the digits of mpmath.
+MANY_DIGITS = Arithmetic(IN_DIGITS, exact_number)
+
+
+def _of_sizes(plain: Arithmetic) -> Arithmetic:
+    functions = {name: _of_sized(function) for name, function in plain.functions.items()}
+    return Arithmetic(functions, lambda x: _sized(plain.number(x)))
+
+
+_SIZED_DOUBLES, _SIZED_DIGITS = _of_sizes(DOUBLES), _of_sizes(MANY_DIGITS)
 
 
 @dataclass(frozen=True)
@@ -179,7 +186,7 @@ class RestFunctions:
             for i, row in enumerate(equations.system.mass_matrix)
             for j, entry in entries(row).items()
         }
-        self._orders: dict[tuple[int, ...], list[int]] = {}
+        self._evaluations: dict[tuple[ScaledNode, ...], Evaluation] = {}
 
     def _table(self, expressions: Sequence[sp.Expr]) -> _Table:
         values = [self._graph.convert(e) for e in expressions]
@@ -196,18 +203,12 @@ class RestFunctions:
         """Return the number of values of the graph: a measure of the work of one evaluation."""
         return len(self._graph.nodes)
 
-    def _evaluated(
-        self,
-        wanted: Sequence[ScaledNode],
-        inputs: Mapping[str, Any],
-        functions: Mapping[str, Callable[..., Any]],
-        number: Callable[[Coefficient], Any],
-    ) -> list[Any]:
-        """Evaluate values of the graph; a search wants the same ones at hundreds of points."""
-        roots = tuple(n for _, n in wanted)
-        if roots not in self._orders:
-            self._orders[roots] = order_of(self._graph, roots)
-        return evaluated(self._graph, wanted, inputs, functions, number, self._orders[roots])
+    def _evaluation(self, wanted: Sequence[ScaledNode]) -> Evaluation:
+        """Return the steps to values of the graph; a search wants the same ones at many points."""
+        key = tuple(wanted)
+        if key not in self._evaluations:
+            self._evaluations[key] = Evaluation(self._graph, wanted)
+        return self._evaluations[key]
 
     @property
     def levels(self) -> list[ScaledNode]:
@@ -244,11 +245,13 @@ class RestFunctions:
         inputs: dict[str, Any] = {self._names[s]: double(0) for s in self._velocities}
         fixed = self._fixed + self._inputs
         inputs |= {self._names[s]: double(self._known.get(s, 0)) for s in fixed}
-        inputs |= {self._names[s]: unknown[k] for k, s in enumerate(self._unknown)}
+        # Operations of a single double take a fraction of the time of those of an array.
+        rows = unknown[:, 0] if points == 1 else unknown
+        inputs |= {self._names[s]: rows[k] for k, s in enumerate(self._unknown)}
         values, slopes = self.levels, self._slopes_at_rest()
         with np.errstate(all="ignore"):
             wanted = [*values, *slopes.values()]
-            numbers = self._evaluated(wanted, inputs, IN_DOUBLES, double)
+            numbers = self._evaluation(wanted).at(inputs, DOUBLES)
         size = len(self._unknown)
         jacobian = np.zeros((points, size, size))
         for (row, column), slope in zip(slopes, numbers[len(values) :], strict=True):
@@ -270,14 +273,12 @@ class RestFunctions:
         ArithmeticError, ValueError
             They have no values somewhere, or jump.
         """
-        return self._enclosed(self.levels, unknown, WITHOUT_JUMPS)
+        return self._enclosed(self.levels, unknown, BY_ENDS_WITHOUT_JUMPS)
 
     def enclosed_slopes(self, unknown: Sequence[Interval]) -> dict[tuple[int, int], Interval]:
         """Enclose the derivatives of the same by positions and multipliers; raises as they do."""
         slopes = self._slopes_at_rest()
-        return dict(
-            zip(slopes, self._enclosed([*slopes.values()], unknown, IN_INTERVALS), strict=True)
-        )
+        return dict(zip(slopes, self._enclosed([*slopes.values()], unknown, BY_ENDS), strict=True))
 
     def enclosed_force_slopes(self, unknown: Sequence[Interval]) -> dict[tuple[int, int], Interval]:
         """Enclose the derivatives of forces by all directions; raises as :meth:`enclosed_levels`.
@@ -286,19 +287,19 @@ class RestFunctions:
         """
         tangents = self._forces.tangents
         slopes = {(row, by): x for row, tangent in enumerate(tangents) for by, x in tangent.items()}
-        numbers = self._enclosed([*slopes.values()], unknown, IN_INTERVALS)
+        numbers = self._enclosed([*slopes.values()], unknown, BY_ENDS)
         return dict(zip(slopes, numbers, strict=True))
 
     def _enclosed(
         self,
         wanted: list[ScaledNode],
         unknown: Sequence[Interval],
-        functions: Mapping[str, Callable[..., Interval]],
+        arithmetic: Arithmetic,
     ) -> list[Interval]:
         point = {self._names[s]: around(mpf(0), mpf(0)) for s in self._velocities}
         point |= {self._names[s]: self._enclosed_value(s) for s in self._fixed + self._inputs}
         point |= {self._names[s]: x for s, x in zip(self._unknown, unknown, strict=True)}
-        return self._evaluated(wanted, point, functions, interval_of_ratio)
+        return enclosed(self._evaluation(wanted), point, arithmetic)
 
     def _enclosed_value(self, symbol: sp.Symbol) -> Interval:
         return enclosed_value(self._known.get(symbol, mpf(0)), self._exact.get(symbol))
@@ -314,18 +315,25 @@ class RestFunctions:
         return self._evaluate(self._forces, position, multipliers)
 
     def force_sizes_at(self, position: Sequence[Mpf], multipliers: Sequence[Mpf]) -> mpmath.matrix:
-        """Return the sizes of the terms of which each derivative of the forces is a sum."""
+        """Return the sizes of the terms that derivatives of forces by positions are sums of."""
         tangents = self._forces.tangents
-        places = [(row, by) for row, tangent in enumerate(tangents) for by in tangent]
+        places = [
+            (row, by) for row, tangent in enumerate(tangents) for by in tangent if by < self.n
+        ]
         slopes = [tangents[row][by] for row, by in places]
-        point = {name: _sized(x) for name, x in self._point(position, multipliers).items()}
-        try:
-            numbers = self._evaluated(slopes, point, _WITH_SIZES, _sized_number)
-        except (ZeroDivisionError, ValueError) as error:
-            raise DomainError from error
-        matrix = mpmath.zeros(self.n, self.width)
+        point, evaluation = self._point(position, multipliers), self._evaluation(slopes)
+        with np.errstate(all="ignore"):
+            rounded = {name: _sized(double(x)) for name, x in point.items()}
+            numbers = evaluation.at(rounded, _SIZED_DOUBLES)
+        if not all(np.isfinite(x.size) for x in numbers):
+            sized = {name: _sized(x) for name, x in point.items()}
+            try:
+                numbers = evaluation.at(sized, _SIZED_DIGITS)
+            except (ZeroDivisionError, ValueError) as error:
+                raise DomainError from error
+        matrix = mpmath.zeros(self.n, self.n)
         for place, value in zip(places, numbers, strict=True):
-            matrix[place] = value.size
+            matrix[place] = mpf(value.size)
         return matrix
 
     def constraints_at(self, position: Sequence[Mpf]) -> RestTable:
@@ -371,7 +379,7 @@ class RestFunctions:
     ) -> list[Mpf]:
         point = self._point(position, multipliers)
         try:
-            numbers = self._evaluated(wanted, point, IN_DIGITS, exact_number)
+            numbers = self._evaluation(wanted).at(point, MANY_DIGITS)
         except (ZeroDivisionError, ValueError) as error:
             raise DomainError from error
         if not all(isinstance(x, mpf) and mpmath.isfinite(x) for x in numbers):

@@ -20,8 +20,8 @@ from lagrange_cli.analysis.equilibria.state_coordinates import with_state_coordi
 from lagrange_cli.analysis.values import DIGITS, Mpf
 from lagrange_cli.errors import InputError, Mark, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
-from lagrange_cli.mechanics.algebra.substitution import has_value
-from lagrange_cli.mechanics.free_symbols import is_open, require_given
+from lagrange_cli.mechanics.algebra.substitution import has_value, is_periodic
+from lagrange_cli.mechanics.free_symbols import is_open, require_given, symbols_in
 from lagrange_cli.mechanics.kinks import JUMPING, KINKED, sides_of, surfaces_of
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
@@ -148,7 +148,7 @@ class RestSystem:
         return frozenset(
             k
             for k, c in enumerate(self.equations.system.coordinates)
-            if c.is_angle and all(_is_periodic(e, c.q) for e in everything if e.has(c.q))
+            if c.is_angle and all(is_periodic(e, c.q) for e in everything if e.has(c.q))
         )
 
     @property
@@ -213,16 +213,6 @@ class RestSystem:
             return (mpf(0),) * n
         with mpmath.workdps(DIGITS):
             return tuple(map(mpf, (initial.decimals or initial.positions)[:n]))
-
-
-def _is_periodic(expr: sp.Expr, angle: sp.Symbol) -> bool:
-    """Tell whether an expression is the same a turn later.
-
-    It is written anew besides, as SymPy multiplies numbers into sums then: ½ (a + b).
-    """
-    dummy = sp.Dummy()
-    rewritten = expr.xreplace({angle: dummy}).xreplace({dummy: angle})
-    return bool(expr.xreplace({angle: angle + 2 * sp.pi}) == rewritten)
 
 
 def rest_system(equations: Equations, held_inputs: Mapping[str, sp.Expr]) -> RestSystem:
@@ -315,8 +305,8 @@ def _is_seen(
     expressions: Sequence[sp.Expr], symbol: sp.Symbol, point: Mapping[sp.Symbol, Mpf]
 ) -> bool:
     """Say whether a value changes with a symbol at one point: that saves a long proof."""
-    present = [e for e in expressions if symbol in e.free_symbols]
-    if not all(e.free_symbols <= point.keys() for e in present):
+    present = [e for e in expressions if symbol in symbols_in(e)]
+    if not all(symbols_in(e) <= point.keys() for e in present):
         return False
     try:
         before = evaluate(present, point)
@@ -384,7 +374,7 @@ def _require_autonomous(equations: Equations, at_rest: tuple[sp.Expr, ...]) -> N
     everything = [*at_rest, *equations.system.forcing, *others]
     if any(any(map(is_open, e.atoms(sp.Function))) for e in everything):
         raise InputError(Problem(Phrase("a function is not given"), rule="unknown-function"))
-    timed = [e for e in everything if equations.system.t in e.free_symbols]
+    timed = [e for e in everything if equations.system.t in symbols_in(e)]
     if not all(does_not_depend(e, equations.system.t) for e in timed):
         message = Phrase("nothing stays at rest: the equations depend on {time}", time=("t",))
         hint = "only inputs can be held, with --at NAME=VALUE"

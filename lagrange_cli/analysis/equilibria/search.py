@@ -150,10 +150,18 @@ def _apart(
 
 def _different(system: RestSystem, ends: Matrix) -> list[list[float]]:
     """Drop ends that are close to earlier ones."""
+    numbers = [k for k in range(len(system.equations.system.coordinates)) if k not in system.free]
+    turning = np.array([k in system.periodic for k in numbers], dtype=bool)
     distinct: list[list[float]] = []
-    for end in ends.tolist():
-        if all(distance(system, end, known) > _CLOSE for known in distinct):
-            distinct.append(end)
+    chosen = np.zeros((0, len(numbers)))
+    for end in ends:
+        place = end[numbers]
+        gaps = np.abs(chosen - place)
+        turned = np.abs(gaps - 2 * np.pi * np.round(gaps / (2 * np.pi)))
+        sizes = np.where(turning, turned, gaps / np.maximum(1, np.abs(place)))
+        if (sizes.max(axis=1, initial=0.0) > _CLOSE).all():
+            distinct.append(end.tolist())
+            chosen = np.vstack([chosen, place])
     return distinct
 
 

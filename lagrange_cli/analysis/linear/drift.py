@@ -13,6 +13,7 @@ from lagrange_cli.analysis.forms.voronets import voronets_form
 from lagrange_cli.analysis.linear.linearize import exact_matrices
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.proofs.zero_test import does_not_depend
 from lagrange_cli.mechanics.sparse import entries
 
@@ -41,7 +42,7 @@ def varies_along_drift(system: RestSystem, at: Equilibrium, linear: LinearSystem
         matrices = (exact.mass, exact.damping, exact.stiffness)
         return any(e.free_symbols & free for rows in matrices for row in rows for e in row)
     still = {c.v: sp.S.Zero for c in coordinates}
-    dragging = [f for f in equations.system.forcing if f.free_symbols & free]
+    dragging = [f for f in equations.system.forcing if symbols_in(f) & free]
     varying = [derivative(f, c.v).xreplace(still) for f in dragging for c in coordinates]
     if linear.has_velocity_forces or linear.stiffness != linear.stiffness.T:
         varying += [e for row in equations.system.mass_matrix for e in entries(row).values()]

@@ -82,7 +82,7 @@ def linear_system(system: RestSystem, at: Equilibrium) -> LinearSystem:
             forces = functions.forces_at(position, multipliers).slopes
             gradients = _columns(functions.constraints_at(position).slopes, 0, n)
             table = functions.rates_at(position).slopes
-            sizes = functions.force_sizes_at(position, multipliers)[:, :n]
+            sizes = functions.force_sizes_at(position, multipliers)
             errors = _errors(system, at)
             mass = functions.masses_at(position)
         except DomainError:

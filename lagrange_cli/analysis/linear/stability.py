@@ -179,9 +179,9 @@ class _Question:
     @property
     def energy_is_bound(self) -> bool:
         """True if the energy is conserved or decreases."""
-        balance = self.system.equations.derivation.balance
         if self.is_conservative and not self.system.held_inputs:
             return True
+        balance = self.system.equations.derivation.balance
         if balance is None or self.system.equations.system.t in balance.rate.free_symbols:
             return False
         # Inputs that do no work at their values at rest leave a conserved energy.

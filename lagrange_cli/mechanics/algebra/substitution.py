@@ -275,3 +275,32 @@ def _made(kind: Callable[..., sp.Expr], parts: Sequence[sp.Expr]) -> sp.Expr:
     if kind is sp.Mul and len(parts) == 2 and parts[0] is sp.S.NegativeOne:
         return negative(parts[1]) if parts[1].is_Add else sp.Mul(*parts)
     return kind(*parts)
+
+
+def is_periodic(expr: sp.Expr, angle: sp.Symbol) -> bool:
+    """Tell whether an expression is the same a turn later.
+
+    It is written anew besides, as SymPy multiplies numbers into sums then: ½ (a + b).
+    """
+    if _turns_in_functions(expr, angle):
+        return True
+    dummy = sp.Dummy()
+    rewritten = expr.xreplace({angle: dummy}).xreplace({dummy: angle})
+    return bool(expr.xreplace({angle: angle + 2 * sp.pi}) == rewritten)
+
+
+def _turns_in_functions(expr: sp.Expr, angle: sp.Symbol) -> bool:
+    """Tell whether an angle occurs only in sines and cosines that are the same a turn later."""
+    pending, seen = [expr], set[sp.Basic]()
+    while pending:
+        part = pending.pop()
+        if part == angle:
+            return False
+        if part in seen:
+            continue
+        seen.add(part)
+        if not isinstance(part, (sp.sin, sp.cos)):
+            pending += part.args
+        elif part.xreplace({angle: angle + 2 * sp.pi}) != part:
+            return False
+    return True

@@ -7,6 +7,7 @@ name. Equal values are one node (value numbering). Read :mod:`.value_graph`, the
 
 __all__ = [
     "derivatives",
+    "evaluation",
     "operands",
     "schedule",
     "statement_groups",

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.program.graph.operands import Coefficient
@@ -242,56 +242,3 @@ def _rebuilt(values: ValueGraph, number: int, new: Mapping[int, ScaledNode]) -> 
         return values.multiply((new[part], exponent) for part, exponent in node.factors)
     assert isinstance(node, CallNode)
     return values.call(node.function, *(new[part] for part in node.arguments))
-
-
-def evaluated(
-    values: ValueGraph,
-    wanted: Sequence[ScaledNode],
-    inputs: Mapping[str, Any],
-    functions: Mapping[str, Callable[..., Any]],
-    number: Callable[[Coefficient], Any],
-    order: Sequence[int] | None = None,
-) -> list[Any]:
-    """Evaluate values of a graph.
-
-    Parameters
-    ----------
-    inputs
-        Name of each input that is needed → its value, of any type with +, ·, / and integer powers.
-    functions
-        Function of a program → the same function for numbers of that type.
-    number
-        Makes a number of that type.
-    order
-        The nodes that are needed, parts first, for repeated evaluation; None to determine them
-        here.
-    """
-    known: dict[int, Any] = {ONE: number(1)}
-
-    def scaled(coefficient: Coefficient, part: int) -> Any:
-        if part == ONE:
-            return number(coefficient)
-        return known[part] if coefficient == 1 else number(coefficient) * known[part]
-
-    for node_number in order_of(values, [n for _, n in wanted]) if order is None else order:
-        node = values.nodes[node_number]
-        if node_number == ONE:
-            continue
-        if isinstance(node, InputNode):
-            known[node_number] = inputs[node.name]
-        elif isinstance(node, SumNode):
-            first, *summands = (scaled(c, part) for part, c in node.terms)
-            known[node_number] = sum(summands, first)
-        elif isinstance(node, ProductNode):
-            result = None
-            for part, exponent in node.factors:
-                power = known[part] if abs(exponent) == 1 else known[part] ** abs(exponent)
-                if exponent < 0:
-                    result = (known[ONE] if result is None else result) / power
-                else:
-                    result = power if result is None else result * power
-            known[node_number] = result
-        else:
-            arguments = (known[part] for part in node.arguments)
-            known[node_number] = functions[node.function](*arguments)
-    return [scaled(coefficient, node_number) for coefficient, node_number in wanted]

@@ -12,7 +12,7 @@ import mpmath
 from mpmath import mpf
 
 from lagrange_cli.mechanics.numerics.bounded_functions import BOUNDED_FUNCTIONS
-from lagrange_cli.program.graph.derivatives import evaluated
+from lagrange_cli.program.graph.evaluation import Arithmetic, Evaluation
 from lagrange_cli.program.graph.operands import PROGRAM_FUNCTIONS
 from lagrange_cli.program.graph.value_graph import ONE, ScaledNode, ValueGraph
 from lagrange_cli.program.solvers.articulated_bodies import solve_tree
@@ -56,9 +56,8 @@ def at_certificate(
     with mpmath.workdps(DIGITS), localcontext(DECIMALS):
         try:
             inputs = {name: number(sources.state.get(s, mpf(0))) for name, s in symbols.items()}
-            return evaluated(
-                values, wanted, inputs, functions, lambda x: number(x.numerator) / x.denominator
-            )
+            arithmetic = Arithmetic(functions, lambda x: number(x.numerator) / x.denominator)
+            return Evaluation(values, wanted).at(inputs, arithmetic)
         except (ArithmeticError, ValueError):
             return [mpmath.nan] * len(wanted)
 
