@@ -154,8 +154,8 @@ class Coordinate:
     q, v, a
         Independent symbols of q, q̇ and q̈.
     is_angle
-        True if it has the unit rad, if it enters positions only through 2π-periodic functions, or
-        if it enters none, has no unit, and enters the scene's terms only through such functions.
+        True if it has the unit rad, if it enters positions only through 2π-periodic functions, or,
+        entering none, has no unit and enters terms only through such functions or turns a body.
     unit, description, latex
         Texts of the scene, None if absent.
     mark

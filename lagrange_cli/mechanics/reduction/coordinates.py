@@ -14,7 +14,10 @@ from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.mechanics.system import Coordinate
+from lagrange_cli.scene.bodies import Frame, bodies_of
 from lagrange_cli.scene.checks.table import latex_names
+from lagrange_cli.scene.language.expression import Name
+from lagrange_cli.scene.model import Scene
 
 #: Seed of random points: a comment in the scene changes nothing of what is found at them.
 SEED = "points of a chart"
@@ -49,7 +52,11 @@ def generalized_coordinates(
     expressions += [side for r in (*closures, *geometry.gaps) for side in (r.left, r.right)]
     periodic = periodic_symbols(expressions)
     unplaced = set(geometry.coordinates).difference(*map(symbols_in, expressions))
-    periodic |= unplaced & periodic_symbols(geometry.terms) if unplaced else set()
+    if unplaced:
+        absent = unplaced.difference(*map(symbols_in, geometry.terms))
+        turning = _turning_names(scene)
+        periodic |= unplaced & periodic_symbols(geometry.terms)
+        periodic |= {q for q in absent if q.name in turning}
     latex = {name: text for name, text, _ in latex_names(scene)}
     for q in geometry.coordinates:
         written = declared.get(q.name)
@@ -65,6 +72,18 @@ def generalized_coordinates(
             latex=(written.latex if written else None) or latex.get(q.name),
             mark=written.mark if written else scene.coordinates_mark,
         )
+
+
+def _turning_names(scene: Scene) -> set[str]:
+    """Names that are angles of turns of bodies, or of frames below them."""
+    names: set[str] = set()
+    for body in bodies_of(scene):
+        frame: Frame | None = body.frame
+        while frame is not None:
+            turns = (motion.amount.node for motion in frame.motions if motion.is_turn)
+            names.update(node.name for node in turns if isinstance(node, Name))
+            frame = frame.parent
+    return names
 
 
 def scales(chart: Chart) -> dict[sp.Symbol, mpf]:

@@ -359,6 +359,14 @@ def test_angles_are_recognized(definition: str, angle: bool) -> None:
     assert e.system.coordinates[0].is_angle is angle
 
 
+def test_angles_that_turn_a_body_are_recognized_where_nothing_depends_on_them() -> None:
+    e = derived(
+        "frames: {ring: {turn: [z: phi]}}\ncoordinates: [phi, theta, psi]\n"
+        "bodies: {b: {on: ring, turn: [x: theta, z: psi], mass: 1, inertia: [1, 1, 2]}}"
+    )
+    assert [c.is_angle for c in e.system.coordinates] == [True, True, True]
+
+
 @pytest.mark.parametrize(
     "names",
     [
