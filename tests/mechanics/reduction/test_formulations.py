@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import sympy as sp
+from scipy.spatial.transform import Rotation
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
@@ -297,3 +299,64 @@ def test_a_start_at_the_elbow_of_a_root():
 
 def test_what_is_missing_is_missing_in_every_form():
     assert refused(SPHERICAL + WEIGHT + "initial: {x: 0.3}\n", "auto").rule == "initial-missing"
+
+
+TOP = """
+parameters: {g: 9.81, m: 1, A: 1, B: 1.5, C: 2}
+bodies:
+  top: {turn: [z: phi, y: theta, x: psi], mass: m, centre: [0.1, 0.2, 1], inertia: [A, B, C]}
+coordinates: [phi, theta, psi]
+"""
+
+
+def test_quaternions_replace_three_angles():
+    system = formed(TOP + WEIGHT).system
+    assert [c.name for c in system.coordinates] == ["q0", "q1", "q2", "q3"]
+    assert [closure.name for closure in system.closures] == ["unit_top"]
+    (turn,) = system.chart.turns
+    assert (turn.axes, turn.angles) == ("zyx", ("phi", "theta", "psi"))
+    start = "initial: {phi: 0.3, theta: 0.2, psi: -1, dot(phi): 1, dot(theta): 2, dot(psi): -0.5}\n"
+    initial = formed(TOP + WEIGHT + start).system.initial
+    turned = Rotation.from_euler("ZYX", [0.3, 0.2, -1])
+    assert np.roll(initial.positions, -1) == pytest.approx(turned.as_quat(), abs=1e-15)
+    assert np.dot(initial.positions, initial.velocities) == pytest.approx(0, abs=1e-15)
+
+
+def test_parts_of_quaternions_have_names_that_are_free():
+    text = TOP.replace("m: 1", "m: 1, q2: 3").replace(
+        "coordinates:", "definitions: {a: q2}\ncoordinates:"
+    )
+    names = [c.name for c in formed(text + WEIGHT).system.coordinates]
+    assert names == ["q_0", "q_1", "q_2", "q_3"]
+
+
+@pytest.mark.parametrize(
+    "uses",
+    [
+        "forces: {motor: {on: psi, force: 1}}",
+        "outputs: {spin: dot(psi)}",
+        "definitions: {tilt: 2*theta}",
+        "constraints: {above: theta >= 0.1}",
+    ],
+)
+def test_no_quaternion_replaces_angles_that_the_scene_names(uses):
+    assert refused(TOP + WEIGHT + uses).rule == "formulation"
+
+
+@pytest.mark.parametrize(
+    ("turn", "place"),
+    [
+        ("[z: phi, x: theta, z: psi]", "sin(theta)"),
+        ("[x: phi, z: theta, x: psi]", "sin(theta)"),
+        ("[z: phi, y: theta, x: psi]", "cos(theta)"),
+        ("[z: phi, y: theta, x: psi + theta]", None),
+    ],
+)
+def test_gimbal_locks_are_singular_however_long_the_inertia_is(turn, place):
+    text = TOP.replace("[z: phi, y: theta, x: psi]", turn)
+    free = text.replace("top: {", "top: {at: [x, y, z], ").replace("[phi", "[x, y, z, phi")
+    for scene in (text, free):
+        for uses in ("", "forces: {motor: {on: psi, force: 1}}\n"):
+            places = formed(scene + WEIGHT + uses, "minimal").derivation.singular
+            found = [(str(p.where), set(p.coordinates), p.infinite) for p in places]
+            assert found == ([(place, {"phi", "psi"}, False)] if place else [])

@@ -112,7 +112,9 @@ def test_both_kinds_of_code_end_beyond_the_place():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "runs"), [("polar", 6), ("sphere", 4), ("space", 4), ("top", 3)])
+@pytest.mark.parametrize(
+    ("kind", "runs"), [("polar", 6), ("sphere", 4), ("space", 4), ("top", 3), ("body", 6)]
+)
 def test_random_passages_are_right_or_end(kind, runs, monkeypatch):
     monkeypatch.syspath_prepend(Path(__file__).parents[3] / "benchmarks")
     passages = importlib.import_module("soundness_passages")
