@@ -112,8 +112,9 @@ def dependent_columns(
     Rows that span the null space of ∂functions/∂variables at the last point, shape
     (nullity, variables); None if the columns are independent at some point.
     """
-    few = _first_holding(functions, variables)
-    if 2 * len(few) <= len(functions) and dependent_columns(few, variables, points[:1]) is None:
+    sample = _first_holding(functions, variables)
+    is_short = 2 * len(sample) <= len(functions)
+    if is_short and dependent_columns(sample, variables, points[:1]) is None:
         return None
     null: Matrix | None = None
     for point in points:
@@ -131,13 +132,13 @@ def dependent_columns(
 def _first_holding(functions: Sequence[sp.Expr], variables: Sequence[sp.Symbol]) -> list[sp.Expr]:
     """Return the first functions that hold each variable: of many they mostly show all to count."""
     left = dict.fromkeys(variables, _FIRST)
-    few = []
+    sample = []
     for function in functions:
-        held = symbols_in(function) & left.keys()
-        if any(left[variable] for variable in held):
-            few.append(function)
-            left |= {variable: max(0, left[variable] - 1) for variable in held}
-    return few
+        variables_in = symbols_in(function) & left.keys()
+        if any(left[variable] for variable in variables_in):
+            sample.append(function)
+            left |= {variable: max(0, left[variable] - 1) for variable in variables_in}
+    return sample
 
 
 def dependent_gradients(
