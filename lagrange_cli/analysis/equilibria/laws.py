@@ -19,6 +19,7 @@ from lagrange_cli.analysis.equilibria.closed_forms import (
     Solver,
     closed_forms,
 )
+from lagrange_cli.analysis.equilibria.repeats import without_opposites
 from lagrange_cli.analysis.equilibria.rest_system import RestSystem
 from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.proofs.zero_test import vanish
@@ -38,7 +39,8 @@ def laws_of_equilibrium(system: RestSystem) -> ClosedForms | None:
     forms = closed_forms(without_values(system))
     if forms is None:
         return None
-    return replace(forms, points=tuple(sorted(forms.points, key=lambda p: -len(p.free))))
+    points = without_opposites(system.equations, forms.points)
+    return replace(forms, points=tuple(sorted(points, key=lambda p: -len(p.free))))
 
 
 def law_verdict(system: RestSystem, residuals: Sequence[sp.Expr]) -> LawVerdict:

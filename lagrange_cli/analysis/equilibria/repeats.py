@@ -16,10 +16,12 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.analysis.values import DIGITS, Equilibrium, Mpf
+from lagrange_cli.mechanics.elements.motion import QuaternionParts
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, evaluate
 
 if TYPE_CHECKING:
     from lagrange_cli.analysis.equilibria.rest_system import RestSystem
+    from lagrange_cli.mechanics.equations import Equations
     from lagrange_cli.mechanics.system import Coordinate
 
 #: Difference, relative to 1 and to the values, below which configurations are one: an angle that is
@@ -71,6 +73,32 @@ def _contains(symbols: Mapping[str, sp.Symbol], whole: Equilibrium, part: Equili
     values = dict(zip(symbols, part.exact, strict=True))
     chosen = {symbols[name]: values[name] for name in whole.free}
     return tuple(e.xreplace(chosen) for e in whole.exact) == part.exact
+
+
+def without_opposites(equations: Equations, points: Sequence[Equilibrium]) -> list[Equilibrium]:
+    """Keep one of two closed forms that differ by the sign of a quaternion: q and −q are one turn.
+
+    It is the one whose first part that is not 0 is positive, where it is among them.
+    """
+    places = {c.q: k for k, c in enumerate(equations.system.coordinates)}
+    quaternions = [
+        [places[part] for part in turn.parts]
+        for particle in equations.system.particles
+        for turn in (particle.turning.turns if particle.turning else ())
+        if isinstance(turn, QuaternionParts) and set(turn.parts) <= places.keys()
+    ]
+    distinct: dict[object, Equilibrium] = {}
+    for point in points:
+        turned = list(point.exact or ())
+        for numbers in quaternions if turned else ():
+            first = next((turned[k] for k in numbers if turned[k] != 0), None)
+            if first is not None and first.could_extract_minus_sign():
+                for k in numbers:
+                    turned[k] = -turned[k]
+        key = (tuple(turned), point.conditions, point.free)
+        if key not in distinct or tuple(turned) == point.exact:
+            distinct[key] = point
+    return list(distinct.values())
 
 
 def without_repeats(system: RestSystem, points: Sequence[Equilibrium]) -> list[Equilibrium]:

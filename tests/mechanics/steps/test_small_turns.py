@@ -78,6 +78,9 @@ def test_virtual_work_at_rest_is_that_of_small_turns() -> None:
     text = loads(TOP).derive(steps="virtual-work").text()
     assert "Q_φ_1 = Σ_i F_i · ∂r_i/∂φ_1 = 2 m g h (q0 q1 + q2 q3) = 0" in text
     assert "Q_φ_3 = Σ_i F_i · ∂r_i/∂φ_3 = 0" in text
+    solutions = text.partition("Equilibrium\n")[2].partition("Certified")[0]
+    assert "-1" not in solutions, "q and -q are one turn"
+    assert solutions.count("= 1\n") == 4
 
 
 def test_json_has_the_axes_and_equations_of_small_turns() -> None:
