@@ -105,5 +105,5 @@ def test_two_quaternions_of_one_body_are_refused_at_the_coordinate() -> None:
     body = "{turn: [quaternion: [p0, p1, p2, p3], quaternion: [e0, e1, e2, e3]], mass: 1"
     scene = f"bodies: {{b: {body}, inertia: [1, 2, 2.5]}}}}\n"
     scene += "coordinates: [p0, p1, p2, p3, e0, e1, e2, e3]\n"
-    with pytest.raises(InputError, match="coordinate '[pe]1' has no inertia of its own"):
+    with pytest.raises(InputError, match=r"coordinate '[pe]1' has no inertia of its own"):
         derive(read_text(scene))
