@@ -16,7 +16,7 @@ from tests.systems.shipped import CONTACTS, derived, simulated
 
 COMPILER = shutil.which("gcc")
 
-STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-pedantic", "-Werror"]
+STRICT = ["-std=c99", "-Og", "-Wall", "-Wextra", "-pedantic", "-Werror"]
 
 #: Steps between two of 500 rows: errors of fourth order are far below what is compared.
 STEPS = 8

@@ -102,7 +102,7 @@ def by_c(name):
     words = [f"until={start + RUNS[name] * (end - start)!r}", "steps=2"]
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder, "run")
-        run("gcc", "-O1", write(equations, Path(folder), main=True), "-o", program, "-lm")
+        run("gcc", "-Og", write(equations, Path(folder), main=True), "-o", program, "-lm")
         return equations, words, subprocess.run([program, *words], capture_output=True, text=True)
 
 

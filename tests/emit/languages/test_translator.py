@@ -58,7 +58,7 @@ def test_runs_with_closures_are_those_of_c(name, tmp_path):
     start, end = system.simulate.start, system.simulate.until or system.simulate.start + 10
     words = [f"until={start + (end - start) * SPAN!r}", "steps=1"]
     source = write(equations, tmp_path, main=True)
-    run("gcc", "-O1", source, "-o", tmp_path / "run", "-lm")
+    run("gcc", "-Og", source, "-o", tmp_path / "run", "-lm")
     expected = table(run(tmp_path / "run", *words))
     found = table(run("node", emitted(equations, tmp_path), *words))
     assert found.shape == expected.shape == (501, 1 + 2 * len(system.coordinates))
