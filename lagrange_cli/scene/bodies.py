@@ -158,6 +158,9 @@ class Body(Particle):
         The shape that its inertia is written by, None for moments.
     turns
         Its turns against that, in order.
+    chain
+        Its turns against ``base``, with those of the frames between; none if it is displaced
+        against one of these.
     frame
         Its place in the tree of frames.
     rotation
@@ -179,6 +182,7 @@ class Body(Particle):
     centre: Vector | None = None
     shape: Shape | None = None
     turns: tuple[AnyTurn, ...]
+    chain: tuple[AnyTurn, ...] = ()
     frame: Frame
     rotation: tuple[Expression, ...]
     spin: Vector

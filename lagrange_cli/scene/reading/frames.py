@@ -375,6 +375,17 @@ def _angles(turns: Iterable[AnyTurn]) -> Iterator[Expression]:
         yield one.angle
 
 
+def _turns_on_body(entry: _Declared, frames: Frames) -> tuple[AnyTurn, ...]:
+    """Return the turns of a body and of the frames below, none if one of these displaces it."""
+    turns = entry.turns
+    while entry.on is not None and frames.declared[entry.on[0]].mass is None:
+        if entry.at is not None:
+            return ()
+        entry = frames.declared[entry.on[0]]
+        turns = (*entry.turns, *turns)
+    return turns
+
+
 def _add_body(entry: _Declared, mass: _Mass, placed: Placed, frames: Frames) -> None:
     """Add a body: its centre of mass as a particle's position, and its energy of turning."""
     name, mark = entry.key.text, entry.key.mark
@@ -395,6 +406,7 @@ def _add_body(entry: _Declared, mass: _Mass, placed: Placed, frames: Frames) -> 
         mass.latex,
         on=None if entry.on is None else entry.on[0],
         base=None if entry.on is None else _body_below(entry.on[0], frames),
+        chain=_turns_on_body(entry, frames),
         centre=mass.centre,
         shape=mass.shape,
         turns=entry.turns,

@@ -31,8 +31,8 @@ from lagrange_cli.scene.language.rotations import (
     total,
     whole,
 )
-from lagrange_cli.scene.model import DeclaredCoordinate, Definition, Particle, Scene
-from lagrange_cli.scene.reading.chains import SPACE, Placed, turned, with_names
+from lagrange_cli.scene.model import DeclaredCoordinate, Particle, Scene
+from lagrange_cli.scene.reading.chains import SPACE, Placed, Stage, turned
 from lagrange_cli.scene.reading.declarations import AXES
 from lagrange_cli.scene.reading.turns import unit_constraint
 
@@ -83,16 +83,13 @@ def replaced_angles(former: Scene, present: Scene) -> Iterator[ThreeAngles]:
 def _three_angles(scene: Scene, body: Body, parts: Sequence[str]) -> ThreeAngles | None:
     """Return the angles of a body's three turns, each a coordinate; None if it has none such.
 
-    Each turn is about an axis across that of the last.
+    Each turn is about an axis across that of the last; frames without mass may stand between.
     """
     coordinates = {c.name for c in scene.coordinates or () if not c.positive}
-    on_body = body.on is None or any(b.name == body.on for b in bodies_of(scene))
-    turns = [one for one in body.turns if isinstance(one, Turn) and one.axis in AXES]
+    turns = [one for one in body.chain if isinstance(one, Turn) and one.axis in AXES]
     angles = [one.angle.node.name for one in turns if isinstance(one.angle.node, Name)]
     across = all(one.axis != after.axis for one, after in pairwise(turns))
-    if len(body.turns) != 3 or len(coordinates.intersection(angles)) != 3:
-        return None
-    if not (on_body and across):
+    if len(body.chain) != 3 or len(coordinates.intersection(angles)) != 3 or not across:
         return None
     return ThreeAngles("".join(str(one.axis) for one in turns), tuple(angles), tuple(parts))
 
@@ -111,25 +108,27 @@ def _replaced(
     """Replace the angles of a body; None if the scene refers to them elsewhere."""
     scene = form.scene
     body = _body(scene, name)
-    base = SPACE if body.on is None else _axes_of(_body(scene, body.on))
+    base = SPACE if body.base is None else _axes_of(_body(scene, body.base))
     written = body.placing[-1]
     parts = tuple(replace(written, node=named(part), text=part) for part in angles.parts)
     turn = QuaternionTurn(parts)
-    stages, _ = turned(base.stages, [turn])
-    definitions: list[Definition] = []
-    with_names(Placed(stages, base.origin), name, body.mark, definitions)
-    meanings = {d.name: d for d in definitions}
+    meanings = _meanings(body, turned(base.stages, [turn])[0][-1])
+    between = tuple(f"({frame.name})" for frame in _frames_on_base(body)[:-1])
+    dropped = {d.name for d in scene.definitions if d.name.endswith(between)} - meanings.keys()
+    remaining = (d for d in scene.definitions if d.name not in dropped)
     unit = unit_constraint(name, body.mark, [turn])
     assert unit is not None  # there is a quaternion
     rewritten = replace(
         scene,
         particles=tuple(_moved(scene, body, turn)),
-        definitions=tuple(meanings.get(d.name, d) for d in scene.definitions),
+        definitions=tuple(
+            replace(d, expression=meanings.get(d.name, d.expression)) for d in remaining
+        ),
         constraints=(*scene.constraints, unit),
         coordinates=tuple(_coordinates(scene, angles)),
     )
     names = {part.name for e in rewritten.expressions() for part in names_in(e.node)}
-    if not names.union(force.on for force in scene.forces).isdisjoint(angles.angles):
+    if not names.union(force.on for force in scene.forces).isdisjoint(dropped.union(angles.angles)):
         return None
     values = zip(angles.parts, _quaternion_of(angles), strict=True)
     over_angles = {part: replace(written, node=value) for part, value in values}
@@ -138,6 +137,17 @@ def _replaced(
 
 def _body(scene: Scene, name: str) -> Body:
     return next(body for body in bodies_of(scene) if body.name == name)
+
+
+def _meanings(body: Body, stage: Stage) -> dict[str, Expression]:
+    """Return what the names stand for by which the axes of a body and its ω are written.
+
+    The last column of R after a turn about the third axis has names of the frame below.
+    """
+    written = (*body.rotation, *body.spin, *body.spin_in_space)
+    nodes = (*stage.rotation, *stage.spin, *stage.spin_in_space)
+    pairs = zip(written, nodes, strict=True)
+    return {e.node.name: replace(e, node=node) for e, node in pairs if isinstance(e.node, Name)}
 
 
 def _axes_of(body: Body) -> Placed:
@@ -152,9 +162,10 @@ def _axes_of(body: Body) -> Placed:
 
 def _moved(scene: Scene, body: Body, turn: QuaternionTurn) -> Iterator[Particle]:
     """Yield the particles, with a body that turns by a quaternion and those that stand on it."""
-    gone = {id(one.angle) for one in body.turns if isinstance(one, Turn)}
-    slides = tuple(motion for motion in body.frame.motions if not motion.is_turn)
-    frames = {body.frame: replace(body.frame, motions=slides)}
+    gone = {id(one.angle) for one in body.chain if isinstance(one, Turn)}
+    first = _frames_on_base(body)[0]
+    slides = tuple(motion for motion in first.motions if not motion.is_turn)
+    frames = {body.frame: replace(first, name=body.name, motions=slides)}
     for particle in scene.particles:
         if not isinstance(particle, Body):
             yield particle
@@ -162,9 +173,18 @@ def _moved(scene: Scene, body: Body, turn: QuaternionTurn) -> Iterator[Particle]
         placing = tuple(e for e in particle.placing if id(e) not in gone)
         if len(placing) < len(particle.placing):
             placing = (*placing, *turn.parts)
-        turns = (turn,) if particle is body else particle.turns
-        frame = _over(particle.frame, frames)
-        yield replace(particle, turns=turns, frame=frame, placing=placing)
+        moved = replace(particle, frame=_over(particle.frame, frames), placing=placing)
+        if particle is body:
+            moved = replace(moved, turns=(turn,), chain=(turn,), on=body.base)
+        yield moved
+
+
+def _frames_on_base(body: Body) -> list[Frame]:
+    """List the frames between a body and the one that it stands on, the lowest first."""
+    frames = [body.frame]
+    while frames[0].parent is not None and frames[0].parent.name != body.base:
+        frames.insert(0, frames[0].parent)
+    return frames
 
 
 def _over(frame: Frame, frames: dict[Frame, Frame]) -> Frame:

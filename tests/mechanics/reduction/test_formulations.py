@@ -322,6 +322,43 @@ def test_quaternions_replace_three_angles():
     assert np.dot(initial.positions, initial.velocities) == pytest.approx(0, abs=1e-15)
 
 
+#: The same turns as those of a rotor in gimbals without mass.
+GIMBALS = TOP.replace("turn: [z: phi, y: theta, x: psi]", "on: inner, turn: [x: psi]") + (
+    "frames: {outer: {at: [1, 0, 2], turn: [z: phi]}, inner: {on: outer, turn: [y: theta]}}\n"
+)
+
+
+def test_quaternions_replace_angles_of_gimbals_without_mass():
+    alone, gimbals = (formed(text + WEIGHT).system for text in (TOP, GIMBALS))
+    assert [c.name for c in gimbals.coordinates] == ["q0", "q1", "q2", "q3"]
+    assert gimbals.chart.turns == alone.chart.turns
+    assert gimbals.mass_matrix == alone.mass_matrix
+    assert gimbals.forcing == alone.forcing
+    for one, other, away in zip(alone.particles, gimbals.particles, [(1, 0, 2)], strict=True):
+        apart = [sp.expand(b - a) for a, b in zip(one.position, other.position, strict=True)]
+        assert apart == list(away)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GIMBALS.replace("turn: [x: psi]", "at: [0, 1, 0], turn: [x: psi]"),
+        GIMBALS.replace("turn: [y: theta]}", "at: [0, 0, 1], turn: [y: theta]}"),
+    ],
+)
+def test_no_quaternion_replaces_angles_of_gimbals_that_carry_something(text):
+    assert refused(text + WEIGHT).rule == "formulation"
+    assert formed(text + WEIGHT, "minimal").system.formulation == "minimal"
+
+
+@pytest.mark.parametrize(("at", "is_replaced"), [("[0, 1, 0]", False), ("[1, 0, 0]", True)])
+def test_a_point_on_a_gimbal_keeps_its_angles_unless_it_is_on_the_axis(at, is_replaced):
+    point = f"points: {{mark: {{on: inner, at: {at}}}}}\noutputs: {{x: x_mark}}\n"
+    system = formed(GIMBALS + point + WEIGHT).system
+    assert bool(system.chart.turns) is is_replaced
+    assert ("phi" in {c.name for c in system.coordinates}) is not is_replaced
+
+
 def test_parts_of_quaternions_have_names_that_are_free():
     text = TOP.replace("m: 1", "m: 1, q2: 3").replace(
         "coordinates:", "definitions: {a: q2}\ncoordinates:"

@@ -29,6 +29,10 @@ BY_ANGLES = (
     .replace("ANGLES", "phi, theta, psi")
     .replace("START", "phi: 0, theta: tilt, psi: 0, dot(phi): w, dot(theta): 0, dot(psi): s")
 )
+IN_GIMBALS = (
+    BY_ANGLES.replace("turn: [z: phi, x: theta, z: psi]", "on: inner, turn: [z: psi]")
+    + "frames: {outer: {turn: [z: phi]}, inner: {on: outer, turn: [x: theta]}}"
+)
 BY_QUATERNION = (
     TOP.replace("TURN", "{quaternion: [q0, q1, q2, q3]}")
     .replace("ANGLES", "q0, q1, q2, q3")
@@ -150,8 +154,9 @@ def test_random_bodies_pass_gimbal_lock(axes: str, near: float) -> None:
     assert rates[known] == pytest.approx(rates_of(axes, angles[known], spins[known]), rel=1e-6)
 
 
-def test_a_top_goes_on_by_a_quaternion_where_its_angles_end() -> None:
-    run = loads(BY_ANGLES).derive().simulate()
+@pytest.mark.parametrize("text", [BY_ANGLES, IN_GIMBALS])
+def test_a_top_goes_on_by_a_quaternion_where_its_angles_end(text: str) -> None:
+    run = loads(text).derive().simulate()
     wanted = loads(BY_QUATERNION).derive().simulate()
     assert (run.status, run.formulation) == ("ok", "multiplier")
     assert run.remarks[0] == TOLD
