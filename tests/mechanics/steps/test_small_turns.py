@@ -83,6 +83,29 @@ def test_virtual_work_at_rest_is_that_of_small_turns() -> None:
     assert solutions.count("= 1\n") == 4
 
 
+#: A wheel on a body by a quaternion, whose angular velocity has a part of the body's.
+ROTOR = """
+name: rotor
+parameters: {m: 1.3, A: 1.1, J: 0.2, k: 0.3}
+bodies:
+  base: {turn: {quaternion: [q0, q1, q2, q3]}, mass: m, inertia: [A, A, 2*A]}
+  wheel: {on: base, turn: {z: theta}, mass: m, inertia: [J, J, J]}
+coordinates: [q0, q1, q2, q3, theta]
+potentials: {spring: k*theta^2/2}
+initial: {q0: 1, q1: 0, q2: 0, q3: 0, theta: 0}
+"""
+
+
+@pytest.mark.slow
+def test_bodies_on_one_that_turns_freely_rest_with_it() -> None:
+    """The inertia of the wheel is in the coefficients of the body's turns, and vanishes at rest."""
+    moving = loads(ROTOR).derive(steps="dalembert").text()
+    assert "2 A ω̇_3_base + J ω̇_3_wheel = 0" in moving
+    at_rest = loads(ROTOR).derive(steps="virtual-work").text().partition("Principle of")[2]
+    assert "ω̇" not in at_rest
+    assert "Q_φ_3_base = Σ_i F_i · ∂r_i/∂φ_3_base = 0" in at_rest
+
+
 def test_json_has_the_axes_and_equations_of_small_turns() -> None:
     equations = loads(TOP).derive(steps="dalembert").report()["steps"]["virtual_work"]
     assert [(one["coordinate"], one["axis"]) for one in equations] == [

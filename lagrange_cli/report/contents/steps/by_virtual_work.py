@@ -26,6 +26,7 @@ from lagrange_cli.report.contents.steps.writer import (
     INERTIA,
     POSITION,
     StepsWriter,
+    turning_of,
     work,
     work_in_coordinates,
 )
@@ -92,7 +93,11 @@ def _at_rest(writer: StepsWriter, expression: Expr, parts: VirtualWork) -> Expr:
         The expression has no value there.
     """
     coordinates = writer.equations.system.coordinates
-    spins = [spin_symbol(parts.displacement.name, axis) for axis in "123"]
+    spins = [
+        spin_symbol(body.name, c.axis)
+        for body in writer.turning
+        for c in turning_of(body).components
+    ]
     moving = [*(s for c in coordinates for s in (c.v, c.a)), *spins]
     still = at_rest(expression, [*moving, *(rate_symbol(s.name) for s in spins)])
     if still is None:
