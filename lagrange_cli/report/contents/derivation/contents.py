@@ -361,14 +361,16 @@ def derivation_page(
     ascii
         Seven-bit text with formulas in the scene language; else Unicode.
     form
-        ``lagrange`` for Lagrange's equations; ``explicit`` for accelerations and
-        multipliers where few are coupled, and rows of M q̈ = f where more are; or one of
+        ``lagrange`` for Lagrange's equations; ``euler`` for Euler's of one body; ``explicit`` for
+        accelerations and multipliers where few are coupled, and rows of M q̈ = f where more are; or one of
         :data:`.forms.contents.FORMS`.
     options
         ``sections`` and ``language`` as the registry declares them for text.
 
     Raises
     ------
+    InputError
+        The equations have no such form.
     InternalError
         An expression has no exact form in print.
     """
