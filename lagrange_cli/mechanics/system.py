@@ -156,6 +156,8 @@ class Coordinate:
     is_angle
         True if it has the unit rad, if it enters positions only through 2π-periodic functions, or,
         entering none, has no unit and enters terms only through such functions or turns a body.
+    is_of_quaternion
+        True of a part of a quaternion, of length 1.
     unit, description, latex
         Texts of the scene, None if absent.
     mark
@@ -167,6 +169,7 @@ class Coordinate:
     v: Symbol
     a: Symbol
     is_angle: bool = False
+    is_of_quaternion: bool = False
     unit: str | None = None
     description: str | None = None
     latex: str | None = None

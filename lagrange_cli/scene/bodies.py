@@ -119,6 +119,25 @@ class Motion:
     is_turn: bool
 
 
+@dataclass(frozen=True, slots=True)
+class FreeTurn:
+    """A turn of a frame by a quaternion, which has no angles.
+
+    Attributes
+    ----------
+    axes
+        The axes that it turns, along those of space: columns of R before the turn.
+    spin
+        Angular velocity of the turn along them.
+    parts
+        The quaternion.
+    """
+
+    axes: tuple[Vector, ...]
+    spin: Vector
+    parts: tuple[Expression, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
     """A frame in the tree of those that bodies stand on.
@@ -132,14 +151,13 @@ class Frame:
     step
         Its origin from that of the parent, along the axes of space.
     motions
-        Displacements of its origin along the axes of the parent, then its turns in order but for
-        those by quaternions.
+        Displacements of its origin along the axes of the parent, then its turns in order.
     """
 
     name: str
     parent: Frame | None
     step: Vector
-    motions: tuple[Motion, ...]
+    motions: tuple[Motion | FreeTurn, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -345,19 +345,22 @@ def _compared(
     lacking = [ours - theirs for ours, (theirs, _) in zip(derived, newton, strict=True)]
     gradients = closures.gradients(point)
     lacking = closures.without_lengths(lacking, gradients)
+    stated = [momenta[j][1] - slopes[j][0] - seen.forces[j] for j in range(n)]
+    apart = [ours - lagrange for ours, lagrange in zip(derived, stated, strict=True)]
+    if closures.is_by_recursion:
+        apart = closures.without_lengths(apart, gradients)
     for j in range(n):
         ours, inertia = derived[j], inertias[j]
-        lagrange = momenta[j][1] - slopes[j][0] - seen.forces[j]
         scale = sum((abs(x) for x in inertia), abs(forcing[j])) + abs(momenta[j][1])
         size = sum(map(abs, constraint[j]), scale)
         residuals.append((to_mpf(ours - sum(constraint[j])), to_mpf(size)))
         scale += newton[j][1]
-        difference = max(abs(lacking[j]), abs(ours - lagrange))
+        difference = max(abs(lacking[j]), abs(apart[j]))
         if difference > least:
             mismatch = max(mismatch, difference / scale if scale else difference)
-    for reported, declared, scale in tapes.reports(seen) if thorough else ():
-        if abs(reported - declared) > least:
-            mismatch = max(mismatch, abs(reported - declared) / scale)
+    for off, scale in _reports(tapes, closures, seen, gradients) if thorough else ():
+        if abs(off) > least:
+            mismatch = max(mismatch, abs(off) / scale)
     mismatch = max(mismatch, closures.mismatch(point, least))
     if thorough:
         mismatch = max(
@@ -374,6 +377,18 @@ def _compared(
         _doubles(gradients),
         _beyond(mass, to_mpf(least)),
     )
+
+
+def _reports(
+    tapes: Tapes, closures: ClosureCheck, seen: Observation, gradients: Sequence[DecimalRow]
+) -> Iterator[tuple[Decimal, Decimal]]:
+    """Yield differences of reported values; forces by recursion have no part along lengths."""
+    values, works = tapes.reports(seen)
+    yield from values
+    if closures.is_by_recursion and works:
+        across = closures.without_lengths([off for off, _ in works], gradients)
+        works = [(off, max(size for _, size in works)) for off in across]
+    yield from works
 
 
 def _looked_at_closely(

@@ -18,7 +18,15 @@ from lagrange_cli.mechanics.certify.contacts import DerivedClosures, GapCheck, r
 from lagrange_cli.mechanics.certify.routes import Observation, Tapes
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.numerics.autodiff import DecimalRun, Tape
-from lagrange_cli.mechanics.numerics.elementary import DecimalRow, DecimalValues, to_decimal, to_mpf
+from lagrange_cli.mechanics.numerics.elementary import (
+    DecimalRow,
+    DecimalValues,
+    in_decimals,
+    numbers_as_decimals,
+    numbers_as_mpf,
+    to_decimal,
+    to_mpf,
+)
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler
 
 _ZERO = Decimal(0)
@@ -32,6 +40,7 @@ class ClosureCheck:
 
     def __init__(self, derivation: Uncertified, tapes: Tapes) -> None:
         self.closures = derivation.closures
+        self.is_by_recursion = derivation.tree is not None
         self.tapes = tapes
         self.gaps = GapCheck(derivation, tapes)
         self.manifold = derivation.reduced.manifold()
@@ -46,7 +55,23 @@ class ClosureCheck:
         moved = self.manifold.tangent(point) if self.closures else dict(point)
         for closure in (*self.closures, *self.gaps.derived.closures):
             moved[closure.multiplier] = sampler.noise(mpf(1))
-        return moved
+        return self._keeping_lengths(moved) if self.is_by_recursion else moved
+
+    def _keeping_lengths(self, state: SamplePoint) -> SamplePoint:
+        """Return a state with accelerations that keep the lengths of quaternions.
+
+        M by recursion has no inertia along them, where r(q) of a longer quaternion is further out.
+        """
+        with in_decimals():
+            point = numbers_as_decimals(state)
+            derived = list(self.derived.at(point))
+            for _, gradient, _, bias in (derived[k] for k in self._of_lengths):
+                symbols = {j: self.tapes.a[j] for j in gradient}
+                change = sum((g * point[symbols[j]] for j, g in gradient.items()), bias)
+                squared = sum(g * g for g in gradient.values())
+                for j, g in gradient.items():
+                    point[symbols[j]] -= g * change / squared
+            return {**state, **numbers_as_mpf({a: point[a] for a in self.tapes.a})}
 
     def gradients(self, point: DecimalValues) -> list[DecimalRow]:
         """The derived gradients."""

@@ -293,11 +293,13 @@ class Tapes:
         raw = [place.get(s, series.get(s, _CONSTANT)) for s in self.raw]
         return [*raw, series[self.t], *(series[p] for p in self.parameters)]
 
-    def reports(self, seen: Observation) -> list[tuple[Decimal, Decimal, Decimal]]:
-        """Triples (reported, declared, size of the parts) of which the first two must agree.
+    def reports(
+        self, seen: Observation
+    ) -> tuple[list[tuple[Decimal, Decimal]], list[tuple[Decimal, Decimal]]]:
+        """Differences between what is reported and declared, each with the size of its parts.
 
-        T and V, velocities, positions, generalized forces: as reported, and as declared or
-        implied by the positions.
+        T and V, velocities and positions, as implied by the positions; then generalized forces by
+        coordinates.
         """
         series = seen.series
         moving = [series[s] for s in self.moving]
@@ -320,10 +322,10 @@ class Tapes:
         ]
         pairs += zip(reported[: len(motion)], motion, strict=True)
         work = zip(reported[len(motion) :], self.work(series), strict=True)
-        return [
-            *((x, y, max(abs(x), abs(y))) for x, y in pairs),
-            *((x, w, max(abs(x), size)) for x, (w, size) in work),
-        ]
+        return (
+            [(x - y, max(abs(x), abs(y))) for x, y in pairs],
+            [(x - w, max(abs(x), size)) for x, (w, size) in work],
+        )
 
     def observe(self, point: DecimalValues, order: int = 1) -> Observation:
         """Series, Q and the gradient of L at a state; of order 0 without rates along the motion."""

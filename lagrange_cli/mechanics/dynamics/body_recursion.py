@@ -13,13 +13,17 @@ Algorithms, 2008, sections 5.3 and 6.2; here along the axes of space, moments ab
 origin, so that nothing of the size of the chain cancels). Code for f and for what M is made of
 grows with the length of a chain, that for M with its square.
 
-Angles and displacements e(q, t) may be any expressions: with E = ∂e/∂q, M becomes EᵀM E.
+Angles and displacements e(q, t) may be any expressions: with E = ∂e/∂q, M becomes EᵀM E. A turn by
+a quaternion is three about axes that stand on the frame below, whose rates are components of ω and
+whose E is ∂ω/∂q̇. Along the gradient of its length there is no motion: f differs from that of L, by
+a force that its multiplier takes up, and M has an inertia so that it is regular.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain, combinations_with_replacement
 
 import sympy as sp
 
@@ -30,7 +34,7 @@ from lagrange_cli.mechanics.dynamics.shared_vectors import NO_VECTOR, Shared, Ve
 from lagrange_cli.mechanics.elements.tree import ENTRIES, BodyTree, TreeFrame, TreeMotion
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.reduction.reduced_scene import Reduced
-from lagrange_cli.scene.bodies import Body, Frame, Motion
+from lagrange_cli.scene.bodies import Body, Frame, FreeTurn, Motion
 from lagrange_cli.scene.language.expression import Expression
 
 _ZERO, _ONE, _MINUS = sp.S.Zero, sp.S.One, sp.S.NegativeOne
@@ -41,9 +45,14 @@ _ZERO, _ONE, _MINUS = sp.S.Zero, sp.S.One, sp.S.NegativeOne
 CHAIN_TERMS = 25
 
 
+#: Part of the trace of inertia that a quaternion has along its length, as across it where moments
+#: are equal.
+_EVEN = sp.Rational(4, 3)
+
+
 @dataclass(frozen=True)
 class _Amount:
-    """An angle or displacement e(q, t) with its axis.
+    """An angle or displacement e(q, t), or a turn with a rate alone, with its axis.
 
     Attributes
     ----------
@@ -82,6 +91,8 @@ class _Link:
         ω, and ω̇ without accelerations.
     velocity, acceleration
         Those of its origin, the latter without accelerations of coordinates.
+    lengths
+        Gradients of the lengths of its quaternions.
     mass, moment, inertia
         Of all that it carries: mass, first moment and tensor about its origin.
     force, torque
@@ -99,6 +110,7 @@ class _Link:
     mass: list[sp.Expr] = field(default_factory=list)
     moment: list[Vector] = field(default_factory=list)
     inertia: list[Sequence[sp.Expr]] = field(default_factory=list)
+    lengths: list[Mapping[int, sp.Expr]] = field(default_factory=list)
     force: list[Vector] = field(default_factory=list)
     torque: list[Vector] = field(default_factory=list)
 
@@ -129,10 +141,11 @@ def has_long_chain(reduced: Reduced) -> bool:
 def recursion_of(reduced: Reduced) -> BodyRecursion | None:
     """Return the recursion over the bodies of a scene; None for short chains and beside closures.
 
-    Quaternions have closures, too. With closures a chain is no longer than its equations are when
-    they are left factored.
+    With closures a chain is no longer than its equations are when they are left factored. Those
+    that keep the lengths of quaternions hold no places of bodies.
     """
-    is_open = not reduced.closures and not any(c.keeps_length for c in reduced.scene.constraints)
+    lengths = {c.name for c in reduced.scene.constraints if c.keeps_length}
+    is_open = all(closure.name in lengths for closure in reduced.closures)
     return BodyRecursion(reduced) if is_open and has_long_chain(reduced) else None
 
 
@@ -172,20 +185,22 @@ class BodyRecursion:
 
     # Forward: motions of frames, inertia of bodies.
 
+    def _resolved(self, expressions: Iterable[Expression]) -> list[sp.Expr]:
+        return [self._reduced.resolve(self._reduced.convert(e)) for e in expressions]
+
     def _placed(self, expressions: Sequence[Expression]) -> Vector:
-        reduced = self._reduced
-        x, y, z = (reduced.resolve(reduced.convert(e)) for e in expressions)
+        x, y, z = self._resolved(expressions)
         return x, y, z
 
     def _link(self, frame: Frame) -> _Link:
         if frame.name not in self._links:
             shared = self._shared
             parent = None if frame.parent is None else self._link(frame.parent)
-            amounts = [self._amount(motion) for motion in frame.motions]
-            moving = tuple(a for a in amounts if a.slopes or a.rate is not _ZERO)
+            motions = [self._amounts(motion) for motion in frame.motions]
+            moving = [[a for a in some if a.slopes or a.rate is not _ZERO] for some in motions]
             step = self._placed(frame.step)
             below = NO_VECTOR if parent is None else parent.place
-            link = _Link(parent, step, moving, shared.total((below, step)))
+            link = _Link(parent, step, tuple(chain(*moving)), shared.total((below, step)))
             if parent is not None:
                 spin = parent.spin
                 carried = shared.cross(spin, step)
@@ -198,17 +213,24 @@ class BodyRecursion:
                         shared.cross(spin, carried),
                     )
                 )
-            for amount in moving:
-                self._move(link, amount)
+            for amounts in moving:
+                self._move(link, amounts)
+            free = (motion for motion in frame.motions if isinstance(motion, FreeTurn))
+            link.lengths += map(self._length, free)
             self._links[frame.name] = link
         return self._links[frame.name]
 
-    def _move(self, link: _Link, amount: _Amount) -> None:
-        """Add a motion of a frame to the motion of what it stands on."""
+    def _move(self, link: _Link, amounts: Sequence[_Amount]) -> None:
+        """Add a motion of a frame, along or about axes that turn with what it stands on."""
+        spin = link.spin
+        for amount in amounts:
+            self._add_motion(link, amount, spin)
+
+    def _add_motion(self, link: _Link, amount: _Amount, spin: Vector) -> None:
         shared = self._shared
         added = shared.scaled(amount.rate, amount.axis)
         biased = shared.scaled(amount.bias, amount.axis)
-        turning = shared.cross(link.spin, added)
+        turning = shared.cross(spin, added)
         if amount.is_turn:
             link.change = shared.total((link.change, turning, biased))
             link.spin = shared.total((link.spin, added))
@@ -216,6 +238,32 @@ class BodyRecursion:
             twice = shared.scaled(sp.Integer(2), turning)
             link.acceleration = shared.total((link.acceleration, twice, biased))
             link.velocity = shared.total((link.velocity, added))
+
+    def _amounts(self, motion: Motion | FreeTurn) -> list[_Amount]:
+        """Return what a frame moves by: one angle or displacement, or three turns without angle."""
+        if isinstance(motion, Motion):
+            return [self._amount(motion)]
+        return [self._rate(*turn) for turn in zip(motion.axes, motion.spin, strict=True)]
+
+    def _rate(self, axis: Sequence[Expression], component: Expression) -> _Amount:
+        """Return a turn by its rate ω, whose slopes are ∂ω/∂q̇."""
+        reduced = self._reduced
+        omega = reduced.resolve(reduced.convert(component))
+        present = symbols_in(omega)
+        slopes = {j: derivative(omega, v) for j, v in enumerate(self._v) if v in present}
+        moving = [*zip(self._q, self._v, strict=True), (reduced.names.t, _ONE)]
+        changes = [derivative(omega, q) * v for q, v in moving if q in present]
+        return _Amount(self._placed(axis), True, slopes, omega, sp.expand(sp.Add(*changes)))
+
+    def _length(self, motion: FreeTurn) -> dict[int, sp.Expr]:
+        """Return the gradient of half the square of a quaternion's length, by coordinates."""
+        parts = self._resolved(motion.parts)
+        held = {j: q for j, q in enumerate(self._q) if any(q in symbols_in(e) for e in parts)}
+        shared = self._shared
+        return {
+            j: shared.add(*(shared.multiply(e, derivative(e, q)) for e in parts))
+            for j, q in held.items()
+        }
 
     def _amount(self, motion: Motion) -> _Amount:
         reduced, shared = self._reduced, self._shared
@@ -359,6 +407,7 @@ class BodyRecursion:
     ) -> tuple[TreeInertia, list[sp.Expr]]:
         """Return M and f with the terms of all else."""
         shared = self._shared
+        entries = {place: [*terms] for place, terms in further.items()}
         rows: list[list[sp.Expr]] = [[] for _ in self._q]
         number = {id(link): k for k, link in enumerate(self._links.values())}
         frames: list[CarryingFrame] = []
@@ -373,9 +422,13 @@ class BodyRecursion:
             )
             parent = None if link.parent is None else number[id(link.parent)]
             frames.append(CarryingFrame(parent, link.step, motions))
+            for length in link.lengths:
+                size = shared.multiply(_EVEN, shared.add(*inertia[:3]))
+                for (j, first), (k, second) in combinations_with_replacement(length.items(), 2):
+                    entries.setdefault((j, k), []).append(shared.multiply(size, first, second))
             if link.parent is not None:
                 self._carry(link, (mass, moment, inertia, force, torque))
-        terms = {place: tuple(parts) for place, parts in further.items()}
+        terms = {place: tuple(parts) for place, parts in entries.items()}
         pairs = zip(rows, forcing, strict=True)
         return (
             TreeInertia(len(self._q), tuple(reversed(frames)), terms),

@@ -57,6 +57,8 @@ def generalized_coordinates(
         turning = _turning_names(scene)
         periodic |= unplaced & periodic_symbols(geometry.terms)
         periodic |= {q for q in absent if q.name in turning}
+    joints = (c.joint for c in scene.constraints if c.joint is not None)
+    quaternions = {part.text for joint in joints for part in joint.quaternions}
     latex = {name: text for name, text, _ in latex_names(scene)}
     for q in geometry.coordinates:
         written = declared.get(q.name)
@@ -67,6 +69,7 @@ def generalized_coordinates(
             v=sp.Symbol(f"dot({q.name})", real=True),
             a=sp.Symbol(f"ddot({q.name})", real=True),
             is_angle=unit == "rad" or (q in periodic and not (unit and q in unplaced)),
+            is_of_quaternion=q.name in quaternions,
             unit=unit,
             description=written.description if written else None,
             latex=(written.latex if written else None) or latex.get(q.name),

@@ -273,7 +273,8 @@ class Names:
         Each of twenty definitions that names the one before it twice doubles it.
         """
         implied = isinstance(expression, ComposedExpression)
-        if implied and not (self.scene.constraints or self.scene.unilateral):
+        closed = self.scene.unilateral or not all(c.keeps_length for c in self.scene.constraints)
+        if implied and not closed:
             return
         if self._length(expression) <= (_LONGEST_CHAIN if implied else _LONGEST):
             return

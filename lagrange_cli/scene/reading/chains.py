@@ -19,6 +19,7 @@ from lagrange_cli.scene.bodies import (
     Axis,
     ComposedExpression,
     Frame,
+    FreeTurn,
     Motion,
     QuaternionTurn,
     Turn,
@@ -116,12 +117,16 @@ SPACE = Placed((_SPACE,), NO_VECTOR)
 
 def turned(
     chain: Sequence[Stage], turns: Iterable[AnyTurn]
-) -> tuple[tuple[Stage, ...], list[tuple[Nodes, Turn]]]:
-    """Add turns to a chain; return it with the turns about axes, each with its axis in space."""
+) -> tuple[tuple[Stage, ...], list[tuple[Nodes, AnyTurn]]]:
+    """Add turns to a chain; return it with the turns.
+
+    Each has its axis along those of space; one by a quaternion has R before it.
+    """
     stages = list(chain)
-    axes: list[tuple[Nodes, Turn]] = []
+    axes: list[tuple[Nodes, AnyTurn]] = []
     for one in turns:
         if isinstance(one, QuaternionTurn):
+            axes.append((stages[-1].rotation, one))
             stages.append(_turned_freely(stages[-1], one))
         else:
             axes.append((_add_turn(stages, one), one))
@@ -185,27 +190,43 @@ def in_tree(
     parent: Frame | None,
     base: Placed,
     at: Vector | None,
-    turns: Iterable[tuple[Nodes, Turn]],
+    turns: Iterable[tuple[Nodes, AnyTurn]],
 ) -> Frame:
     """Return a frame with its motions against the one that it stands on, ``base``.
 
-    Each turn has its axis along those of space.
+    The turns are as :func:`turned` gives them.
     """
     rotation = base.last.rotation
 
     def along(nodes: Nodes) -> Vector:
-        text = f"axis of {key.text}"
-        x, y, z = (ComposedExpression(node, text, key.mark, exact=False) for node in nodes)
-        return x, y, z
+        return _along(nodes, key.text, key.mark)
 
     slides = [
         Motion(along(rotation[k::3]), amount, is_turn=False)
         for k, amount in enumerate(at or ())
         if not is_zero(amount.node)
     ]
-    hinges = [Motion(along(axis), one.angle, is_turn=True) for axis, one in turns]
+
+    def turning(axis: Nodes, one: AnyTurn) -> Motion | FreeTurn:
+        if isinstance(one, QuaternionTurn):
+            return free_turn(axis, one, key.text, key.mark)
+        return Motion(along(axis), one.angle, is_turn=True)
+
+    hinges = [turning(axis, one) for axis, one in turns]
     step = times(rotation, NO_VECTOR if at is None else [part.node for part in at])
     return Frame(key.text, parent, along(step), (*slides, *hinges))
+
+
+def free_turn(rotation: Nodes, one: QuaternionTurn, name: str, mark: Mark) -> FreeTurn:
+    """Return the motion of a frame that a quaternion turns, from the axes before the turn."""
+    spin = quaternion_spin([part.node for part in one.parts], in_space=True)
+    axes = tuple(_along(rotation[k::3], name, mark) for k in range(3))
+    return FreeTurn(axes, _along(spin, name, mark), one.parts)
+
+
+def _along(nodes: Nodes, name: str, mark: Mark) -> Vector:
+    x, y, z = (ComposedExpression(n, f"axis of {name}", mark, exact=False) for n in nodes)
+    return x, y, z
 
 
 def _unit(axis: Axis) -> tuple[Node, ...]:

@@ -18,7 +18,6 @@ from lagrange_cli.scene.bodies import (
     Frame,
     QuaternionTurn,
     Shape,
-    Turn,
     Vector,
     rotation_term,
 )
@@ -343,7 +342,7 @@ def _place(name: str, frames: Frames, reading: Reading, above: tuple[str, ...]) 
     frames.placed[name] = with_names(placed, name, entry.key.mark, frames.definitions)
 
 
-def _moved(base: Placed, entry: _Declared) -> tuple[Placed, list[tuple[Nodes, Turn]]]:
+def _moved(base: Placed, entry: _Declared) -> tuple[Placed, list[tuple[Nodes, AnyTurn]]]:
     """Move axes to the place of a frame that stands on them, and turn them as it is turned."""
     origin = base.origin if entry.at is None else base.place([part.node for part in entry.at])
     placing = (*base.placing, *(entry.at or ()), *_angles(entry.turns))

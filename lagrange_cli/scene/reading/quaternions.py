@@ -14,6 +14,8 @@ from itertools import pairwise
 from lagrange_cli.scene.bodies import (
     Body,
     Frame,
+    FreeTurn,
+    Motion,
     QuaternionTurn,
     ThreeAngles,
     Turn,
@@ -23,6 +25,7 @@ from lagrange_cli.scene.language.expression import Expression, Name, Node, names
 from lagrange_cli.scene.language.rotations import (
     ONE,
     ZERO,
+    Nodes,
     called,
     minus,
     named,
@@ -32,7 +35,7 @@ from lagrange_cli.scene.language.rotations import (
     whole,
 )
 from lagrange_cli.scene.model import DeclaredCoordinate, Particle, Scene
-from lagrange_cli.scene.reading.chains import SPACE, Placed, Stage, turned
+from lagrange_cli.scene.reading.chains import SPACE, Placed, Stage, free_turn, turned
 from lagrange_cli.scene.reading.declarations import AXES
 from lagrange_cli.scene.reading.turns import unit_constraint
 
@@ -120,7 +123,7 @@ def _replaced(
     assert unit is not None  # there is a quaternion
     rewritten = replace(
         scene,
-        particles=tuple(_moved(scene, body, turn)),
+        particles=tuple(_moved(scene, body, turn, base.last.rotation)),
         definitions=tuple(
             replace(d, expression=meanings.get(d.name, d.expression)) for d in remaining
         ),
@@ -160,12 +163,19 @@ def _axes_of(body: Body) -> Placed:
     return replace(SPACE, stages=(stage,))
 
 
-def _moved(scene: Scene, body: Body, turn: QuaternionTurn) -> Iterator[Particle]:
-    """Yield the particles, with a body that turns by a quaternion and those that stand on it."""
+def _moved(scene: Scene, body: Body, turn: QuaternionTurn, rotation: Nodes) -> Iterator[Particle]:
+    """Yield the particles, with a body that turns by a quaternion and those that stand on it.
+
+    ``rotation`` has the axes before the turn.
+    """
     gone = {id(one.angle) for one in body.chain if isinstance(one, Turn)}
     first = _frames_on_base(body)[0]
-    slides = tuple(motion for motion in first.motions if not motion.is_turn)
-    frames = {body.frame: replace(first, name=body.name, motions=slides)}
+    slides = (m for m in first.motions if isinstance(m, Motion) and not m.is_turn)
+    motions: tuple[Motion | FreeTurn, ...] = (
+        *slides,
+        free_turn(rotation, turn, body.name, body.mark),
+    )
+    frames = {body.frame: replace(first, name=body.name, motions=motions)}
     for particle in scene.particles:
         if not isinstance(particle, Body):
             yield particle

@@ -22,8 +22,13 @@ if TYPE_CHECKING:
 
 
 def coordinate_kinds(coordinates: Iterable[Coordinate]) -> tuple[str, ...]:
-    """Name the kinds of coordinates: ``angle``, or a word that those of one dimension share."""
-    return tuple("angle" if c.is_angle else c.unit or "length" for c in coordinates)
+    """Name the kinds of coordinates: ``angle``, or a word that those of one dimension share.
+
+    Parts of quaternions count as angles: they are of size 1, and turns are about twice as large.
+    """
+    return tuple(
+        "angle" if c.is_angle or c.is_of_quaternion else c.unit or "length" for c in coordinates
+    )
 
 
 def chart_singularities(equations: Equations) -> tuple[ChartSingularity, ...]:
