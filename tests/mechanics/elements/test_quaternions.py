@@ -165,7 +165,8 @@ def test_a_long_chain_on_a_body_that_floats_is_derived_by_recursion() -> None:
     lines += [f"initial: {{{', '.join(f'{n}: {v}' for n, v in start.items())}}}"]
     lines += ["simulate: {until: 0.5, accuracy: 1e-6, samples: 3}"]
     equations = derive(read_text("\n".join(lines)))
-    assert equations.sources is not None and equations.sources.tree is not None
+    assert equations.derivation.sources is not None
+    assert equations.derivation.sources.tree is not None
     motion = simulate(equations)
     assert motion.status == "ok"
     assert motion.columns["z"][-1] == pytest.approx(-9.81 / 8, rel=1e-12)
