@@ -158,10 +158,8 @@ class Coordinate:
         entering none, has no unit and enters terms only through such functions or turns a body.
     is_of_quaternion
         True of a part of a quaternion, of length 1.
-    unit, description, latex
-        Texts of the scene, None if absent.
-    mark
-        Its place in the scene, None if the scene does not declare it.
+    unit, description, latex, mark
+        Texts of the scene and its place there, None if absent.
     """
 
     name: str
@@ -233,10 +231,8 @@ class Closure:
         φ or ψ: left-hand side − right-hand side.
     gradient
         One entry a coordinate, over q and t; walk it by :func:`.sparse.entries`.
-    rate
-        Over q and t, as above.
-    bias
-        Over q, v and t, as above.
+    rate, bias
+        Over q and t, and over q, v and t, as above.
     multiplier
         The symbol λ: λ·gradient is the generalized force that the constraint exerts.
     text, mark

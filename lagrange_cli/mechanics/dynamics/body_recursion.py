@@ -91,8 +91,8 @@ class _Link:
         ω, and ω̇ without accelerations.
     velocity, acceleration
         Those of its origin, the latter without accelerations of coordinates.
-    lengths
-        Gradients of the lengths of its quaternions.
+    quaternions
+        Numbers of the coordinates that are its quaternions.
     mass, moment, inertia
         Of all that it carries: mass, first moment and tensor about its origin.
     force, torque
@@ -110,7 +110,7 @@ class _Link:
     mass: list[sp.Expr] = field(default_factory=list)
     moment: list[Vector] = field(default_factory=list)
     inertia: list[Sequence[sp.Expr]] = field(default_factory=list)
-    lengths: list[Mapping[int, sp.Expr]] = field(default_factory=list)
+    quaternions: list[list[int]] = field(default_factory=list)
     force: list[Vector] = field(default_factory=list)
     torque: list[Vector] = field(default_factory=list)
 
@@ -214,19 +214,16 @@ class BodyRecursion:
                     )
                 )
             for amounts in moving:
-                self._move(link, amounts)
+                spin = link.spin
+                for amount in amounts:
+                    self._move(link, amount, spin)
             free = (motion for motion in frame.motions if isinstance(motion, FreeTurn))
-            link.lengths += map(self._length, free)
+            link.quaternions += ([*map(self._q.index, self._resolved(m.parts))] for m in free)
             self._links[frame.name] = link
         return self._links[frame.name]
 
-    def _move(self, link: _Link, amounts: Sequence[_Amount]) -> None:
-        """Add a motion of a frame, along or about axes that turn with what it stands on."""
-        spin = link.spin
-        for amount in amounts:
-            self._add_motion(link, amount, spin)
-
-    def _add_motion(self, link: _Link, amount: _Amount, spin: Vector) -> None:
+    def _move(self, link: _Link, amount: _Amount, spin: Vector) -> None:
+        """Add a motion of a frame along or about an axis that turns by ``spin``."""
         shared = self._shared
         added = shared.scaled(amount.rate, amount.axis)
         biased = shared.scaled(amount.bias, amount.axis)
@@ -246,24 +243,11 @@ class BodyRecursion:
         return [self._rate(*turn) for turn in zip(motion.axes, motion.spin, strict=True)]
 
     def _rate(self, axis: Sequence[Expression], component: Expression) -> _Amount:
-        """Return a turn by its rate ω, whose slopes are ∂ω/∂q̇."""
-        reduced = self._reduced
-        omega = reduced.resolve(reduced.convert(component))
+        """Return a turn by its rate ω = 2 vec(q̇ q̄), which has no bias: vec(q̇ q̇*) = 0."""
+        (omega,) = self._resolved([component])
         present = symbols_in(omega)
         slopes = {j: derivative(omega, v) for j, v in enumerate(self._v) if v in present}
-        moving = [*zip(self._q, self._v, strict=True), (reduced.names.t, _ONE)]
-        changes = [derivative(omega, q) * v for q, v in moving if q in present]
-        return _Amount(self._placed(axis), True, slopes, omega, sp.expand(sp.Add(*changes)))
-
-    def _length(self, motion: FreeTurn) -> dict[int, sp.Expr]:
-        """Return the gradient of half the square of a quaternion's length, by coordinates."""
-        parts = self._resolved(motion.parts)
-        held = {j: q for j, q in enumerate(self._q) if any(q in symbols_in(e) for e in parts)}
-        shared = self._shared
-        return {
-            j: shared.add(*(shared.multiply(e, derivative(e, q)) for e in parts))
-            for j, q in held.items()
-        }
+        return _Amount(self._placed(axis), True, slopes, omega, _ZERO)
 
     def _amount(self, motion: Motion) -> _Amount:
         reduced, shared = self._reduced, self._shared
@@ -422,10 +406,11 @@ class BodyRecursion:
             )
             parent = None if link.parent is None else number[id(link.parent)]
             frames.append(CarryingFrame(parent, link.step, motions))
-            for length in link.lengths:
+            for numbers in link.quaternions:
                 size = shared.multiply(_EVEN, shared.add(*inertia[:3]))
-                for (j, first), (k, second) in combinations_with_replacement(length.items(), 2):
-                    entries.setdefault((j, k), []).append(shared.multiply(size, first, second))
+                for j, k in combinations_with_replacement(sorted(numbers), 2):
+                    value = shared.multiply(size, self._q[j], self._q[k])
+                    entries.setdefault((j, k), []).append(value)
             if link.parent is not None:
                 self._carry(link, (mass, moment, inertia, force, torque))
         terms = {place: tuple(parts) for place, parts in entries.items()}
