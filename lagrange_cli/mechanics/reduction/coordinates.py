@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.numerics.sampling import Sampler, typical_length
 from lagrange_cli.mechanics.reduction.geometry import ClosureEquation, Geometry
 from lagrange_cli.mechanics.symbols.values import ParameterValues
 from lagrange_cli.mechanics.system import Coordinate
-from lagrange_cli.scene.bodies import Frame, bodies_of
+from lagrange_cli.scene.bodies import Frame, Motion, bodies_of
 from lagrange_cli.scene.checks.table import latex_names
 from lagrange_cli.scene.language.expression import Name
 from lagrange_cli.scene.model import Scene
@@ -83,7 +83,8 @@ def _turning_names(scene: Scene) -> set[str]:
     for body in bodies_of(scene):
         frame: Frame | None = body.frame
         while frame is not None:
-            turns = (motion.amount.node for motion in frame.motions if motion.is_turn)
+            motions = (motion for motion in frame.motions if isinstance(motion, Motion))
+            turns = (motion.amount.node for motion in motions if motion.is_turn)
             names.update(node.name for node in turns if isinstance(node, Name))
             frame = frame.parent
     return names
