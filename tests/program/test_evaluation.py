@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
-from typing import Any
 
 import mpmath
 import pytest
@@ -15,7 +14,7 @@ from mpmath import mpf
 from lagrange_cli.analysis.equilibria.rest_functions import MANY_DIGITS
 from lagrange_cli.analysis.interval_values import (
     BY_ENDS,
-    INTERVALS,
+    IN_INTERVALS,
     NotEnclosedError,
     enclosed,
     ends,
@@ -75,21 +74,11 @@ def test_products_that_begin_alike_are_multiplied_once() -> None:
     assert counted == {"product": 4, "power": 1}
 
 
-def by_class(arithmetic: Arithmetic) -> Arithmetic:
-    """The same over mpmath's class of intervals."""
-
-    def of_class(function: Any) -> Any:
-        return lambda *xs: INTERVALS.make_mpf(function(*(x._mpi_ for x in xs)))
-
-    functions = {name: of_class(function) for name, function in arithmetic.functions.items()}
-    return Arithmetic(functions, interval_of_ratio)
-
-
 def test_ends_of_intervals_are_those_of_mpmaths_class() -> None:
     boxes = {name: interval(mpf(x), mpf(x) + mpf("1e-9")) for name, x in PLACE.items()}
     steps = evaluation(*EXPRESSIONS)
     found = enclosed(steps, boxes, BY_ENDS)
-    expected = steps.at(boxes, by_class(BY_ENDS))
+    expected = steps.at(boxes, Arithmetic(IN_INTERVALS, interval_of_ratio))
     assert [ends(x) for x in found] == [ends(x) for x in expected]
     with mpmath.workdps(40):
         inside = {name: mpf(x) + mpf("3e-10") for name, x in PLACE.items()}

@@ -362,8 +362,8 @@ def derivation_page(
         Seven-bit text with formulas in the scene language; else Unicode.
     form
         ``lagrange`` for Lagrange's equations; ``euler`` for Euler's of one body; ``explicit`` for
-        accelerations and multipliers where few are coupled, and rows of M q̈ = f where more are; or one of
-        :data:`.forms.contents.FORMS`.
+        accelerations and multipliers where few are coupled, and rows of M q̈ = f where more are;
+        or one of :data:`.forms.contents.FORMS`.
     options
         ``sections`` and ``language`` as the registry declares them for text.
 
