@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -59,6 +60,10 @@ WATCHED = 500
 
 #: Parts of the time in which coordinates are continued close to them.
 _FOLLOWED = 4000
+
+#: Part of the accuracy of angles that quaternions have, of which angles lose a digit where the
+#: second one is 0.1 rad away from gimbal lock.
+_FOR_ANGLES = 1 / 30
 
 #: Part of the samples between which angles turn by a radian at most.
 _USUALLY = 0.9
@@ -307,7 +312,7 @@ def _run_and_followed(
     if request.budget is not None:
         request = replace(request, budget=_RUNNING * request.budget)
     fine = grid.finer(every, _FOLLOWED)
-    whole = integrate(model, request, context, every=fine)
+    whole = _integrated(model, chart, request, context, fine)
     while True:
         run = _thinned(whole, fine // every)
         begun = time.perf_counter()
@@ -323,13 +328,30 @@ def _run_and_followed(
         before.append(whole)
         every = fine = finer
         request, context = replace(request, budget=left), replace(context, progress=None)
-        whole = integrate(model, request, context, every=every)
+        whole = _integrated(model, chart, request, context, every)
     run = _with_costs(_as_far_as(chart, continued, run, deadline), before)
     m = len(run.t)
     known = replace(
         continued, q=continued.q[:m], v=continued.v[:m], amplification=continued.amplification[:m]
     )
     return replace(run, seconds={**run.seconds, "follow": spent}), known, every
+
+
+def _integrated(
+    model: Model, chart: FormerChart, request: Request, context: RunContext, every: int
+) -> Trajectory:
+    """Integrate, if angles are to be read off quaternions to an accuracy that they have as well.
+
+    Where that is out of reach the motion has the accuracy that is asked for, and some angles not.
+    """
+    accuracy = request.accuracy
+    if accuracy is not None and chart.turns:
+        with suppress(InputError):
+            finer = replace(request, accuracy=_FOR_ANGLES * accuracy)
+            run = integrate(model, finer, context, every=every)
+            if run.status != "accuracy_not_reached":
+                return replace(run, requested=accuracy)
+    return integrate(model, request, context, every=every)
 
 
 def _wanted(
