@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from lagrange_cli.simulate.model.model import ChartSingularity, Model
 from lagrange_cli.simulate.request import Request
 from lagrange_cli.simulate.results.outcome import Status
 from lagrange_cli.simulate.results.trajectory import Trajectory
+from lagrange_cli.simulate.runs.run import Run
 from lagrange_cli.simulate.samples import Grid, RowSequence, windows
 from lagrange_cli.simulate.simulation import RunContext, problem_of
 from lagrange_cli.simulate.system.singular_guard import lost_rates, singular_factors
@@ -28,8 +30,9 @@ _ARRIVED = 3.0
 #: are quicker: a heavy body to 1e-9 takes 1 s by angles at 1e-5, 4 s at 1e-6, minutes at 1e-9.
 _LOCKED = 1e-5
 
-#: Evaluations after which a coarse run is ended, of which most take a few thousand.
-_EVALUATIONS = 100_000
+#: Evaluations after which a coarse run is ended, of which most take a few thousand, and states
+#: that are looked at together.
+_EVALUATIONS, _STRETCH = 100_000, 64
 
 #: A factor this small beside its largest value is near the singular configuration as well.
 NEAR_SINGULAR = 1e-3
@@ -78,14 +81,27 @@ def gimbal_lock(model: Model, request: Request, context: RunContext) -> ChartSin
     problem = problem_of(model, replace(request, times=ends), functions)
     if not np.isfinite(problem.rhs(problem.start, problem.y0)).all():
         return None
-    run = CoarseRun(problem, Watch(), COARSE).explicit
-    times, states = [problem.start], [problem.y0]
-    while run.evaluations < _EVALUATIONS and run.advance(len(problem.times), 1):
-        times.append(run.t)
-        states.append(run.y.copy())
-    factors = np.abs(functions.singular(np.array(times), np.array(states))[:, numbers])
-    near = np.flatnonzero(factors.min(axis=0) <= _LOCKED * factors.max(axis=0))
-    return model.singular[numbers[near[0]]] if len(near) else None
+    least, largest = np.full(len(numbers), np.inf), np.zeros(len(numbers))
+    for times, states in _stretches(CoarseRun(problem, Watch(), COARSE).explicit):
+        factors = np.abs(functions.singular(times, states)[:, numbers])
+        least = np.minimum(least, factors.min(axis=0))
+        largest = np.maximum(largest, factors.max(axis=0))
+        near = np.flatnonzero(least <= _LOCKED * largest)
+        if len(near):
+            return model.singular[numbers[int(near[0])]]
+    return None
+
+
+def _stretches(run: Run) -> Iterator[tuple[Array, Array]]:
+    """Yield times and states of the steps of a run, shapes (m,) and (m, 2n), some at a time."""
+    goes_on = True
+    while goes_on and run.evaluations < _EVALUATIONS:
+        times, states = [run.t], [run.y.copy()]
+        while goes_on and len(times) < _STRETCH:
+            goes_on = run.advance(2, 1)
+            times.append(run.t)
+            states.append(run.y.copy())
+        yield np.array(times), np.array(states)
 
 
 def passage_of_run(model: Model, factors: Table, run: Trajectory) -> SingularPassage | None:

@@ -3,9 +3,8 @@
 There (at the pole of spherical angles) no accelerations follow from the equations, and close by
 a motion may be stepped over it unseen: the angles are then not those of the motion. A run that
 ends there, begins there, or changes sides there is made again in Cartesian coordinates with
-multipliers, from the start; the scene's coordinates are read off its positions
-(:mod:`.continuation`). Without such a form the result is cut off before the singular
-configuration.
+multipliers, or by quaternions, from the start; the scene's coordinates are read off these
+(:mod:`.former_coordinates`). Without such a form the result is cut off before that place.
 """
 
 from __future__ import annotations
