@@ -29,7 +29,7 @@ from lagrange_cli.mechanics.diagnosis.inconsistency import (
 )
 from lagrange_cli.mechanics.elimination.branches import AmbiguousFactorError, NoRealSolutionError
 from lagrange_cli.mechanics.elimination.eliminate import Elimination, StatedEquation, eliminate
-from lagrange_cli.mechanics.free_symbols import holds
+from lagrange_cli.mechanics.free_symbols import distinct_parts, holds
 from lagrange_cli.mechanics.numerics.sampling import SamplePoint, Sampler, working_digits
 from lagrange_cli.mechanics.reduction.coordinates import (
     Chart,
@@ -387,7 +387,7 @@ def _placed(
     expr = elimination.solved.get(symbol, symbol)
     if holds(expr, sp.tan):
         expr = tidy(expr)
-    powers = expr.atoms(sp.Pow) if holds(expr, sp.Pow) else ()
+    powers = (part for part in distinct_parts(expr) if part.is_Pow)
     if not any(p.exp.q != 1 and p.base.is_Add for p in powers if p.exp.is_Rational):
         return expr
     return drawn_from_roots(tidy(expr), [q for q in coordinates if q.is_positive])
