@@ -361,3 +361,5 @@ def _dynamics(names: Names) -> Iterator[Expression]:
     for term in (*scene.potentials, *scene.kinetic, *scene.dissipation, *scene.outputs):
         yield term.expression
     yield from (c for f in scene.forces for c in f.components)
+    yield from (e for state in scene.states for e in state.expressions)
+    yield from (v.expression for controller in scene.controllers for v in controller.values)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from lagrange_cli.errors import InputError
 from lagrange_cli.mechanics import derive
+from lagrange_cli.report.contents.derivation.contents import derivation_text
 from lagrange_cli.scene import read_text
 from tests.mechanics.mechanics_support import DOUBLE_PENDULUM, POLAR
 
@@ -397,3 +398,24 @@ def test_gimbal_locks_are_singular_however_long_the_inertia_is(turn, place):
             places = formed(scene + WEIGHT + uses, "minimal").derivation.singular
             found = [(str(p.where), set(p.coordinates), p.infinite) for p in places]
             assert found == ([(place, {"phi", "psi"}, False)] if place else [])
+
+
+@pytest.mark.parametrize(
+    "reader",
+    ["states: {i: q2 - i}", "inputs: {u: {}}\ncontrollers: {every: 1/7, hold: {u: q2}}"],
+    ids=["state", "controller"],
+)
+def test_an_angle_that_a_state_or_a_controller_reads_stays(reader: str) -> None:
+    scene = """
+parameters: {m: 1, l: 1, g: 9.81}
+plane: xz
+particles:
+  b1: {mass: m, position: [l*sin(q1), 0, -l*cos(q1)]}
+  b2: {mass: m, position: [l*sin(q1) + l*sin(q2), 0, -l*cos(q1) - l*cos(q2)]}
+coordinates: [q1, q2]
+potentials: {weight: {gravity: g}}
+"""
+    equations = derive(read_text(scene + reader), formulation="multiplier")
+    names = [c.name for c in equations.system.coordinates]
+    assert names == ["q2", "x_b1", "z_b1", "x_b2", "z_b2"]
+    assert derivation_text(equations)
