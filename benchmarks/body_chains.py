@@ -5,7 +5,7 @@ moments. M and f of chains of seven and more joints follow by recursion over the
 of the processor, without imports; operations are those of one right-hand side, the solution of
 M a = f among them.
 
-    python benchmarks/body_chains.py --count 4 8 16 32 --json body_chains.json
+    python benchmarks/body_chains.py --count 25 50 100 200 --json body_chains.json
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import gc
 import json
 import tempfile
 import time
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,15 @@ def measured(text: str, kind: str, n: int) -> tuple[dict[str, Any], dict[str, st
     return row, {"header": files[f"{kind}.h"], "source": files[f"{kind}.c"]}
 
 
+def measured_chain(n: int) -> dict[str, Any]:
+    """Return seconds and operations of a chain; called in a process of its own.
+
+    SymPy keeps expressions of a chain before, and compares equal ones of the next part by part.
+    """
+    gc.set_threshold(*COLLECTION)  # as the command line does
+    return measured(chain(n), "chain", n)[0]
+
+
 def right_hand_side(files: dict[str, str], n: int, folder: Path) -> float:
     """Return the microseconds of one right-hand side, the least of several rounds."""
     (folder / "arm.h").write_text(files["header"])
@@ -112,14 +122,13 @@ def main() -> None:
     parser.add_argument("--count", type=int, nargs="*", default=[4, 8, 16, 32])
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    gc.set_threshold(*COLLECTION)  # as the command line does
     rows = []
     row, files = measured(arm(ARM), "arm", ARM)
     with tempfile.TemporaryDirectory() as folder:
         row["microseconds"] = right_hand_side(files, ARM, Path(folder))
     rows.append(row)
-    for n in options.count:
-        rows.append(measured(chain(n), "chain", n)[0])
+    with get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        rows += [pool.apply(measured_chain, (n,)) for n in options.count]
     print(table(rows))
     if options.json is not None:
         options.json.write_text(json.dumps(rows, indent=2) + "\n")

@@ -37,7 +37,7 @@ from lagrange_cli.cli.main import COLLECTION
 from lagrange_cli.mechanics import derive, derive_uncertified, reduce
 from lagrange_cli.mechanics.dynamics.potential_forces import raw_terms
 from lagrange_cli.mechanics.equations import Equations
-from lagrange_cli.program.graph.derivatives import evaluated
+from lagrange_cli.program.graph.evaluation import Arithmetic, Evaluation
 from lagrange_cli.program.graph.value_graph import ValueGraph
 from lagrange_cli.program.systems.direct_derivation import DirectDerivation
 from lagrange_cli.scene import read_text
@@ -175,7 +175,8 @@ def evaluate_graph(result: Executed, s: State) -> Values:
         inputs |= {f"{letter}{k}": float(x) for k, x in enumerate(values)}
     places = [(j, k) for j, row in enumerate(derivation.mass) for k in row]
     wanted = [*(derivation.mass[j][k] for j, k in places), *derivation.forcing]
-    found = evaluated(derivation.values, wanted, inputs, vars(math), float)
+    evaluation = Evaluation(derivation.values, wanted)
+    found = evaluation.at(inputs, Arithmetic(vars(math), float))
     matrix = np.zeros((len(s.q), len(s.q)))
     matrix[tuple(np.transpose(places))] = found[: len(places)]
     return matrix, np.array(found[len(places) :])
