@@ -235,13 +235,7 @@ def _with_limits(joint: Joint, limit: Element | None, written: str) -> Joint:
     joint = replace(joint, is_driven=is_driven)
     if written == "continuous":
         return joint
-    bounds = {}
-    for key in ("lower", "upper"):
-        # Joints without an end are written with infinite limits.
-        if limit.attributes.get(key, "0").strip().lower().lstrip("+-") not in ("inf", "infinity"):
-            bounds[key] = limit.number(key, "0")
-    if len(bounds) == 2 and bounds["lower"] > bounds["upper"]:
-        limit.refuse(f"the lower limit of joint '{joint.name}' is above the upper one", "lower")
+    bounds = {} if _are_reversed(limit) else _bounds(limit)
     texts = {
         k: in_radians(v).text if joint.kind == "hinge" else number_text(v)
         for k, v in bounds.items()
@@ -253,6 +247,23 @@ def _with_limits(joint: Joint, limit: Element | None, written: str) -> Joint:
         lower_value=float(bounds.get("lower", "-inf")),
         upper_value=float(bounds.get("upper", "inf")),
     )
+
+
+def _bounds(limit: Element) -> dict[str, Decimal]:
+    """Return the finite limits: joints without an end are written with infinite ones."""
+    given = {key: limit.attributes.get(key, "0") for key in ("lower", "upper")}
+    finite = (
+        key
+        for key, text in given.items()
+        if text.strip().lower().lstrip("+-") not in ("inf", "infinity")
+    )
+    return {key: limit.number(key, "0") for key in finite}
+
+
+def _are_reversed(limit: Element) -> bool:
+    """Tell whether the lower limit is above the upper one: programs take this for none."""
+    bounds = _bounds(limit)
+    return len(bounds) == 2 and bounds["lower"] > bounds["upper"]
 
 
 def _with_dynamics(joint: Joint, dynamics: Element | None) -> Joint:
@@ -303,6 +314,9 @@ def _left_out(root: Element) -> list[LeftOut]:
         for key in ("effort", "velocity"):
             if limit is not None and limit.number(key, "0") > 0:
                 note(f"largest {key} of joints", limit.place(key))
+        has_ends = joint.attributes.get("type") in ("revolute", "prismatic")
+        if has_ends and limit is not None and _are_reversed(limit):
+            note("limits of joints whose lower one is above the upper one", limit.mark)
         if joint.attributes.get("type") in ("planar", "floating") and joint.first("dynamics"):
             note("damping of planar and floating joints", joint.mark)
     return [LeftOut(what, places[what], count) for what, count in counts.items()]

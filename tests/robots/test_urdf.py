@@ -229,3 +229,16 @@ def test_numbers_keep_their_digits(tmp_path):
         joint("q", "revolute", "w > a", "", axis("0 0 1")),
     )
     assert f"centre: [{', '.join(written)}]" in imported(tmp_path, text).text
+
+
+def test_a_lower_limit_above_the_upper_one_is_none_and_listed(tmp_path):
+    text = robot(
+        link("base"),
+        link("wheel"),
+        joint("spin", "revolute", "base > wheel", '<limit lower="1" upper="0" velocity="0"/>'),
+    )
+    written = imported(tmp_path, text, limits=True)
+    assert "lower" not in written.text
+    assert [p.message for p in written.warnings if "limit" in p.message] == [
+        "not in the scene: limits of joints whose lower one is above the upper one"
+    ]
