@@ -251,10 +251,10 @@ def _with_limits(joint: Joint, limit: Element | None, written: str) -> Joint:
 
 def _bounds(limit: Element) -> dict[str, Decimal]:
     """Return the finite limits: joints without an end are written with infinite ones."""
-    given = {key: limit.attributes.get(key, "0") for key in ("lower", "upper")}
+    texts = {key: limit.attributes.get(key, "0") for key in ("lower", "upper")}
     finite = (
         key
-        for key, text in given.items()
+        for key, text in texts.items()
         if text.strip().lower().lstrip("+-") not in ("inf", "infinity")
     )
     return {key: limit.number(key, "0") for key in finite}

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING
 import sympy as sp
 from sympy import pi
 
+from lagrange_cli.mechanics.algebra.substitution import Substitution
+from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.proofs.field_program import (
     FieldProgram,
     Indeterminate,
@@ -360,12 +362,12 @@ def does_not_depend(expression: sp.Expr, symbol: sp.Symbol) -> bool:
     Two values are compared, each on its own side of every switching function: unlike a
     derivative, that does not miss a jump.
     """
-    dependent = [t for t in sp.Add.make_args(expression) if symbol in t.free_symbols]
+    dependent = [t for t in sp.Add.make_args(expression) if symbol in symbols_in(t)]
     if not dependent:
         return True
     elsewhere = sp.Dummy(symbol.name, **symbol.assumptions0)
     first = sp.Add(*dependent)
-    return are_equal(first, first.xreplace({symbol: elsewhere}))
+    return are_equal(first, Substitution({symbol: elsewhere}).put_into(first))
 
 
 def is_periodic(expression: Expr, angle: Expr) -> bool:
