@@ -9,6 +9,7 @@ from typing import TypeAlias
 import sympy
 from sympy import Expr, Symbol
 
+from lagrange_cli.mechanics.algebra.identities import by_single_angles
 from lagrange_cli.mechanics.algebra.polynomials import expand_terms
 
 #: Product of symbols and functions → its number.
@@ -100,7 +101,7 @@ def _terms(expression: Expr, by_angles: bool) -> _Terms:
     ``by_angles``: over sines and cosines of single angles.
     """
     if by_angles:
-        expression = sympy.expand_trig(expression)
+        expression = by_single_angles(expression)
     parts = expand_terms(expression, _MOST_TERMS)
     if parts is None:
         return {}

@@ -395,6 +395,14 @@ def test_an_unknown_that_cancels_beyond_the_budget_of_polynomials_is_not_solved_
     assert sp.simplify(root.value - 3 - 10**400) == 0
 
 
+@pytest.mark.parametrize("size", [4000, 10**300])
+def test_sines_of_high_multiples_are_not_multiplied_out(size):
+    """sin(10^300 l) as a polynomial in sin l would have more terms than there is memory for."""
+    u, c = sp.symbols("u l", real=True)
+    assert real_roots(sp.sin(u) - sp.sin(size * c), u, is_angle=True) is not None
+    assert real_roots(sp.sin(size * u) - c, u, is_angle=True) is None
+
+
 def test_pendulum_in_cartesian_coordinates_has_forces_of_its_rod():
     scene = (SYSTEMS / "constraints" / "pendulum_in_cartesian_coordinates.yaml").read_text()
     found = analyzed(scene)

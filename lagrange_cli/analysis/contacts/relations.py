@@ -9,15 +9,12 @@ import sympy as sp
 from mpmath import mpf
 
 from lagrange_cli.mechanics.algebra.derivatives import derivative
+from lagrange_cli.mechanics.algebra.identities import by_single_angles
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, expand_terms
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
 
 #: Terms to which a numerator or denominator may be multiplied out.
 _TERMS = 400
-
-
-#: Largest multiple of an angle whose sine and cosine are written in those of the angle.
-_MOST_TURNS = 6
 
 
 class TooLongError(Exception):
@@ -203,18 +200,6 @@ def _ordered(functions: Iterable[sp.Expr]) -> list[sp.Expr]:
     return sorted(functions, key=str)
 
 
-def multiplied_out(expression: sp.Expr) -> sp.Expr:
-    """Write tangents as quotients, and sines and cosines of sums in those of the terms."""
-    quotients = expression.replace(sp.tan, lambda x: sp.sin(x) / sp.cos(x))
-    functions = [f for f in quotients.atoms(sp.sin, sp.cos) if _has_small_multiples(f.args[0])]
-    return quotients.xreplace({f: sp.expand_trig(f) for f in functions})
-
-
-def _has_small_multiples(angle: sp.Expr) -> bool:
-    multiples = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(angle)]
-    return all(abs(n) <= _MOST_TURNS for n in multiples if n.is_Integer)
-
-
 def reduced(surface: Surface, expression: sp.Expr) -> sp.Expr:
     """Write an expression in lowest terms on a surface, as short as its equations make it.
 
@@ -224,7 +209,7 @@ def reduced(surface: Surface, expression: sp.Expr) -> sp.Expr:
         There are too many terms.
     """
     placed = surface.without_roots(expression.xreplace(dict(surface.chart)))
-    placed = multiplied_out(placed)
+    placed = by_single_angles(placed)
     flat = Flat.of([placed])
     parts = sp.fraction(sp.together(flat.flat(placed)))
     above, below = (_expanded(part) for part in parts)

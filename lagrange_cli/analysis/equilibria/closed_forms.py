@@ -32,6 +32,7 @@ from lagrange_cli.analysis.equilibria.single_equation import (
     real_roots,
 )
 from lagrange_cli.analysis.values import DIGITS, AbsentEquilibrium, Equilibrium, Existence, Mpf
+from lagrange_cli.mechanics.algebra.identities import by_single_angles
 from lagrange_cli.mechanics.algebra.polynomials import cancelled
 from lagrange_cli.mechanics.algebra.substitution import has_value
 from lagrange_cli.mechanics.elimination.solve_equation import linear_parts
@@ -425,7 +426,7 @@ def _with_positions(system: RestSystem, branch: Branch) -> Equilibrium | AbsentE
 
 def _vanish(*expressions: sp.Expr) -> bool:
     """Say whether it is proven that expressions vanish, as sin 2u − 2 sin u cos u at u = asin c."""
-    return vanish(*expressions) or vanish(*map(sp.expand_trig, expressions))
+    return vanish(*expressions) or vanish(*map(by_single_angles, expressions))
 
 
 def _is_zero(number: sp.Expr) -> bool:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from lagrange_cli.analysis.values import Existence
+from lagrange_cli.mechanics.algebra.identities import by_single_angles
 from lagrange_cli.mechanics.algebra.polynomials import cancelled, expand_terms, factored_form
 from lagrange_cli.mechanics.elimination.solve_equation import solutions
 
@@ -125,8 +126,7 @@ def _coefficients(factor: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, ...] | 
 
 def _angles(factor: sp.Expr, unknown: sp.Symbol) -> RootSet | None:
     """Solve an equation in cos u and sin u."""
-    flat = sp.expand_trig(factor.replace(sp.tan, lambda x: sp.sin(x) / sp.cos(x)))
-    flat = flat.xreplace({sp.cos(unknown): _COS, sp.sin(unknown): _SIN})
+    flat = by_single_angles(factor).xreplace({sp.cos(unknown): _COS, sp.sin(unknown): _SIN})
     if unknown in flat.free_symbols:
         return None
     return _of_factors(flat, (_COS, _SIN), lambda part: _on_circle(part, unknown))

@@ -17,6 +17,9 @@ import sympy as sp
 #: Sums and differences of angles that are kept.
 _KEPT = 2**17
 
+#: Largest multiple of an angle whose sine and cosine are written in those of the angle.
+_MOST_TURNS = 12
+
 #: ``("sin" or "cos", argument)``
 TrigFactor: TypeAlias = tuple[str, sp.Expr]
 #: factor → power, in order of first appearance of the factors.
@@ -27,6 +30,21 @@ Rational: TypeAlias = int | Fraction
 Weights: TypeAlias = dict[sp.Expr, Rational]
 #: Sorts the factors of a monomial.
 _Canonical: TypeAlias = Callable[[dict[TrigFactor, int]], TrigMonomial]
+
+
+def by_single_angles(expression: sp.Expr) -> sp.Expr:
+    """Write tangents as quotients, and sines and cosines of sums in those of the terms.
+
+    Those of large multiples of an angle, polynomials of as many terms, stay.
+    """
+    quotients = expression.replace(sp.tan, lambda x: sp.sin(x) / sp.cos(x))
+    functions = [f for f in quotients.atoms(sp.sin, sp.cos) if _has_small_multiples(f.args[0])]
+    return quotients.xreplace({f: sp.expand_trig(f) for f in functions})
+
+
+def _has_small_multiples(angle: sp.Expr) -> bool:
+    multiples = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(angle)]
+    return all(abs(n) <= _MOST_TURNS for n in multiples if n.is_Integer)
 
 
 def shorten_trigonometric(group: dict[TrigMonomial, Weights], canonical: _Canonical) -> None:
