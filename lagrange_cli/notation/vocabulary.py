@@ -63,8 +63,35 @@ class Omission:
 
 
 def operations(parts: Sequence[Expr]) -> int:
-    """Return the operations of a sum of parts: signs, sums, products, powers and functions."""
-    return sum(int(part.count_ops()) for part in parts) + len(parts) - 1
+    """Return the operations of a sum of parts: signs, sums, products, powers and functions.
+
+    Sums within products and functions are counted once: places of long chains share them at every
+    level, and a count over all paths would not end.
+    """
+    known: dict[int, int] = {}
+    pending = list(parts)
+    while pending:
+        inner = _sums_within(pending[-1])
+        missing = [whole for whole in inner if id(whole) not in known]
+        if missing:
+            pending += missing
+            continue
+        top = pending.pop()
+        shallow = top.xreplace({whole: sympy.Dummy() for whole in inner})
+        known[id(top)] = int(shallow.count_ops()) + sum(known[id(whole)] for whole in inner)
+    return sum(known[id(part)] for part in parts) + len(parts) - 1
+
+
+def _sums_within(expression: Expr) -> list[Expr]:
+    """List the outermost sums below an expression, as often as they stand there."""
+    inner, stack = [], list(expression.args)
+    while stack:
+        top = stack.pop()
+        if top.is_Add:
+            inner.append(top)
+        else:
+            stack += top.args
+    return inner
 
 
 def _may_be_long(parts: Sequence[Expr]) -> bool:
@@ -283,9 +310,12 @@ def _strengths(system: System) -> set[sympy.Symbol]:
     """
     outer: set[sympy.Symbol] = set()
     inner = set(symbols_in(system.kinetic))
-    pending = [system.potential, system.dissipation]
+    pending, seen = [system.potential, system.dissipation], set[int]()
     while pending:
         expression = pending.pop()
+        if id(expression) in seen:
+            continue
+        seen.add(id(expression))
         if isinstance(expression, (sympy.Add, sympy.Mul)):
             pending.extend(expression.args)
         elif isinstance(expression, sympy.Symbol):

@@ -200,6 +200,8 @@ def contents(writer: DocumentWriter, parts: Collection[str], form: str) -> list[
 
     ``parts``: names of :data:`.document_options.SECTIONS`; steps are written where there are some.
     """
+    if "equations" in parts:
+        writer.equations.derivation.textbook()  # refuses what is too long before all else is made
     steps = writer.equations.derivation.steps
     writer = replace(writer, form=form)
     if steps is None:
