@@ -53,7 +53,8 @@ def test_pages_of_scenes_are_valid(name):
     values_of(FORMS, (None, "lagrange", "dalembert", "virtual-work"), LANGUAGES),
 )
 def test_pages_of_forms_steps_and_languages_are_valid(form, steps, code):
-    scene = "celestial/kepler" if form == "routhian" else "pendulums/coupled_pendulums"
+    scenes = {"routhian": "celestial/kepler", "euler": "bodies/spinning_top"}
+    scene = scenes.get(form, "pendulums/coupled_pendulums")
     derivation = api.load(SYSTEMS / f"{scene}.yaml").derive(steps=steps, forces=True)
     (text,) = derivation.emit("html", form=form, language=code, sections=ALL).values()
     root = parsed_page(text)

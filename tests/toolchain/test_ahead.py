@@ -213,7 +213,8 @@ def test_a_refused_scene_leaves_no_compiler(hanging, place):
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_command_that_is_ended_leaves_no_compiler(hanging, place, number):
-    with _simulate(SCENE) as process:
+    # A short motion may end in Python before it looks for the signal that has ended the compiler.
+    with _simulate(SCENE.replace("until: 1.0", "until: 10000")) as process:
         _wait_for(place / "log")
         # Code in C that runs just then may swallow an interrupt; a user presses the keys again.
         while process.poll() is None:
