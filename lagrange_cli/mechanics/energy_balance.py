@@ -11,6 +11,7 @@ Where D is quadratic in velocities, Σ q̇ ∂D/∂q̇ is 2D.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import mpmath
@@ -21,12 +22,12 @@ from lagrange_cli.errors import InternalError, Problem
 from lagrange_cli.mechanics.algebra.derivatives import derivative
 from lagrange_cli.mechanics.algebra.shorten import shortened
 from lagrange_cli.mechanics.certify.certificate import Evidence
-from lagrange_cli.mechanics.certify.printed import along_motion
+from lagrange_cli.mechanics.certify.printed import along_motion, attempts
 from lagrange_cli.mechanics.dynamics.lagrange import Uncertified
 from lagrange_cli.mechanics.findings import EnergyBalance
 from lagrange_cli.mechanics.free_symbols import symbols_in
 from lagrange_cli.mechanics.numerics.autodiff import DomainError, Tape
-from lagrange_cli.mechanics.numerics.sampling import working_digits
+from lagrange_cli.mechanics.numerics.rank import SymbolValues
 from lagrange_cli.mechanics.proofs.zero_test import are_equal
 from lagrange_cli.mechanics.sparse import entries
 
@@ -94,29 +95,48 @@ def _is_confirmed(
     """
     if not evidence.states:
         return False
-    reduced, state = derivation.reduced, evidence.states[0]
+    for digits, residuals in attempts(evidence):
+        with mpmath.workdps(digits):
+            try:
+                difference, size = _difference(
+                    derivation, evidence.states[0], residuals, energy, rate
+                )
+            except DomainError:
+                return False
+            if difference <= mpf(10) ** (5 - evidence.certificate.digits) * size:
+                return True
+    raise InternalError(Problem("the rate of the energy is not that along a motion"))
+
+
+def _difference(
+    derivation: Uncertified,
+    state: SymbolValues,
+    residuals: Sequence[tuple[mpf, mpf]],
+    energy: sp.Expr,
+    rate: sp.Expr,
+) -> tuple[mpf, mpf]:
+    """Return how far the rate is from that along the motion, and the size of the terms.
+
+    Raises
+    ------
+    DomainError
+        One of them has no value.
+    """
+    reduced = derivation.reduced
     contacts = [contact.closure for contact in derivation.contacts]
     gaps = [
         sp.Add(k.rate, *(g * reduced.coordinates[i].v for i, g in entries(k.gradient).items()))
         for k in contacts
     ]
-    digits = evidence.certificate.digits
-    with mpmath.workdps(working_digits(digits)):
-        along = along_motion(state, reduced)
-        terms = sp.Add.make_args(energy)
-        try:
-            outputs = Tape([*terms, rate, *gaps], list(along)).run([*along.values()], 1).outputs
-        except DomainError:
-            return False
-        changes = [x[1] for x in outputs[: len(terms)]]
-        stated, *gap_rates = (x[0] for x in outputs[len(terms) :])
-        work = [
-            state[c.v] * residual
-            for c, (residual, _) in zip(reduced.coordinates, evidence.residuals, strict=True)
-        ]
-        work += [state[k.multiplier] * x for k, x in zip(contacts, gap_rates, strict=True)]
-        size = sum(map(abs, (*changes, *work)), abs(stated))
-        difference = abs(sum(changes) - stated - sum(work))
-        if difference > mpf(10) ** (5 - digits) * size:
-            raise InternalError(Problem("the rate of the energy is not that along a motion"))
-    return True
+    along = along_motion(state, reduced)
+    terms = sp.Add.make_args(energy)
+    outputs = Tape([*terms, rate, *gaps], list(along)).run([*along.values()], 1).outputs
+    changes = [x[1] for x in outputs[: len(terms)]]
+    stated, *gap_rates = (x[0] for x in outputs[len(terms) :])
+    work = [
+        state[c.v] * residual
+        for c, (residual, _) in zip(reduced.coordinates, residuals, strict=True)
+    ]
+    work += [state[k.multiplier] * x for k, x in zip(contacts, gap_rates, strict=True)]
+    size = sum(map(abs, (*changes, *work)), abs(stated))
+    return abs(sum(changes) - stated - sum(work)), size

@@ -40,7 +40,7 @@ def certify_shown(evidence: Evidence, shown: Sequence[ShownEquation]) -> None:
     """
     parts = [e for s in shown for pair in (*s.terms, (s.divided_by, _UNIT)) for e in pair]
     wrong: str | None = None
-    for digits, residuals in _attempts(evidence):
+    for digits, residuals in attempts(evidence):
         wrong = _not_derived(evidence, residuals, shown, parts, digits)
         if wrong is None:
             return
@@ -59,7 +59,7 @@ def certify_rates(evidence: Evidence, reduced: Reduced, shown: Sequence[ShownEqu
     """
     forms = {k: s.rate_form for k, s in enumerate(shown) if s.rate_form is not None}
     wrong: str | None = None
-    for digits, residuals in _attempts(evidence) if forms else ():
+    for digits, residuals in attempts(evidence) if forms else ():
         with mpmath.workdps(digits):
             along = along_motion(evidence.states[0], reduced)
             parts = [e for form in forms.values() for e in (form.momentum, form.remainder_sum)]
@@ -133,7 +133,7 @@ def certify_euler(evidence: Evidence, derivation: Uncertified, form: EulerForm) 
     """
     if not any(
         _is_euler(evidence, derivation, form, residuals, digits)
-        for digits, residuals in _attempts(evidence)
+        for digits, residuals in attempts(evidence)
     ):
         raise InternalError(Problem("Euler's equations shown are not those derived"))
 
@@ -188,7 +188,8 @@ def _precisions(evidence: Evidence) -> Iterable[int]:
     return working_digits(evidence.certificate.digits), CLOSE_DIGITS
 
 
-def _attempts(evidence: Evidence) -> Iterator[tuple[int, _Residuals]]:
+def attempts(evidence: Evidence) -> Iterator[tuple[int, _Residuals]]:
+    """Yield working digits and the residuals of the first state in them: few, then many."""
     first, second = _precisions(evidence)
     yield first, evidence.residuals
     yield second, evidence.look_closely().residuals

@@ -50,6 +50,15 @@ RATES = {
         "energy",
         "F*x*x_ + F*a_",
     ),
+    "sines of an angle of 1e100, which few digits do not tell apart": (
+        MASS + "particles:\n"
+        "  b1: {mass: m, position: [sin(q1), 0, -cos(q1)]}\n"
+        "  b2: {mass: m, position: [sin(q1) + sin(q2), 0, -cos(q1) - cos(q2)]}\n"
+        "coordinates: [q1, q2]\npotentials: {wave: sin(k*q2)}\ninitial: {q1: 0.3, q2: 1e100}\n"
+        "forces: {push: {on: q1, force: q1}}\n",
+        "energy",
+        "q1*q1_",
+    ),
     "contact that moves": (
         BOB + "constraints: {floor: z >= A*t}\n",
         "energy",
