@@ -411,6 +411,11 @@ class Scene:
         tables = (f.table.source for f in self.functions if f.table)
         return (*(u.recording for u in self.inputs if u.recording), *tables)
 
+    @property
+    def lengths(self) -> tuple[str, ...]:
+        """Names of the constraints that keep quaternions at length 1."""
+        return tuple(c.name for c in self.constraints if c.keeps_length)
+
     def expressions(self) -> Iterator[Expression]:
         """Yield the expressions that equations are derived from, in a fixed order of sections.
 

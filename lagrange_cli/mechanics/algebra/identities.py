@@ -18,7 +18,7 @@ import sympy as sp
 _KEPT = 2**17
 
 #: Largest multiple of an angle whose sine and cosine are written in those of the angle.
-_MOST_TURNS = 12
+_LARGEST_MULTIPLE = 12
 
 #: ``("sin" or "cos", argument)``
 TrigFactor: TypeAlias = tuple[str, sp.Expr]
@@ -44,7 +44,7 @@ def by_single_angles(expression: sp.Expr) -> sp.Expr:
 
 def _has_small_multiples(angle: sp.Expr) -> bool:
     multiples = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(angle)]
-    return all(abs(n) <= _MOST_TURNS for n in multiples if n.is_Integer)
+    return all(abs(n) <= _LARGEST_MULTIPLE for n in multiples if n.is_Integer)
 
 
 def shorten_trigonometric(group: dict[TrigMonomial, Weights], canonical: _Canonical) -> None:

@@ -47,7 +47,7 @@ class ClosureCheck:
         self.derived = DerivedClosures(self.closures, tapes.moving)
         expressions = [c.expression for c in self.closures]
         self._expressions = Tape(expressions, tapes.moving)
-        lengths = {c.name for c in derivation.reduced.scene.constraints if c.keeps_length}
+        lengths = derivation.reduced.scene.lengths
         self._of_lengths = [k for k, c in enumerate(self.closures) if c.constraint in lengths]
 
     def draw(self, point: SamplePoint, sampler: Sampler) -> SamplePoint:
@@ -55,7 +55,8 @@ class ClosureCheck:
         moved = self.manifold.tangent(point) if self.closures else dict(point)
         for closure in (*self.closures, *self.gaps.derived.closures):
             moved[closure.multiplier] = sampler.noise(mpf(1))
-        return self._keeping_lengths(moved) if self.is_by_recursion else moved
+        is_kept = self.is_by_recursion and self._of_lengths
+        return self._keeping_lengths(moved) if is_kept else moved
 
     def _keeping_lengths(self, state: SamplePoint) -> SamplePoint:
         """Return a state with accelerations that keep the lengths of quaternions.

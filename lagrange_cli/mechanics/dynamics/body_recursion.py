@@ -44,7 +44,6 @@ _ZERO, _ONE, _MINUS = sp.S.Zero, sp.S.One, sp.S.NegativeOne
 #: are collected within :data:`.lagrange.MOST_COLLECTED_PRODUCTS`.
 CHAIN_TERMS = 25
 
-
 #: Part of the trace of inertia that a quaternion has along its length, as across it where moments
 #: are equal.
 _EVEN = sp.Rational(4, 3)
@@ -61,9 +60,9 @@ class _Amount:
     is_turn
         True of a turn.
     slopes
-        Coordinate number → ∂e/∂q.
+        Coordinate number → ∂e/∂q, or ∂ω/∂q̇ of a turn with the rate ω alone.
     rate, bias
-        ė, and ë without accelerations.
+        ė or ω, and its rate without accelerations.
     """
 
     axis: Vector
@@ -144,8 +143,7 @@ def recursion_of(reduced: Reduced) -> BodyRecursion | None:
     With closures a chain is no longer than its equations are when they are left factored. Those
     that keep the lengths of quaternions hold no places of bodies.
     """
-    lengths = {c.name for c in reduced.scene.constraints if c.keeps_length}
-    is_open = all(closure.name in lengths for closure in reduced.closures)
+    is_open = all(closure.name in reduced.scene.lengths for closure in reduced.closures)
     return BodyRecursion(reduced) if is_open and has_long_chain(reduced) else None
 
 

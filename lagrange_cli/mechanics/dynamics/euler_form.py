@@ -161,9 +161,8 @@ def _over_denominators(terms: Sequence[sp.Expr]) -> sp.Expr:
 
 def _lone_body(derivation: Uncertified) -> Body | None:
     scene = derivation.reduced.scene
-    lengths = [c.name for c in scene.constraints if c.keeps_length]
-    closures = [closure.name for closure in derivation.closures]
-    if len(scene.particles) != 1 or derivation.contacts or closures != lengths:
+    closures = tuple(closure.name for closure in derivation.closures)
+    if len(scene.particles) != 1 or derivation.contacts or closures != scene.lengths:
         return None
     (body,) = scene.particles
     if not isinstance(body, Body) or body.on is not None or body.planar:

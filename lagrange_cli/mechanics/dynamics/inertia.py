@@ -82,16 +82,16 @@ class CollectedInertia:
 
 @dataclass(frozen=True, eq=False)
 class UnitMotion:
-    """An angle or displacement e(q, t) of a frame.
+    """An angle or displacement e(q, t) of a frame, or a turn by a rate ω alone.
 
     Attributes
     ----------
     axis, is_turn
         Its axis along those of space; True of a turn.
     slopes
-        Coordinate number → ∂e/∂q.
+        Coordinate number → ∂e/∂q, or ∂ω/∂q̇.
     force, torque
-        F and N in a motion with ė = 1.
+        F and N in a motion with ė or ω of 1.
     """
 
     axis: Vector

@@ -185,7 +185,7 @@ def _account(
         s not in counted and number not in dependent for s, number in elimination.by.items()
     )
     # Four parts of a quaternion of length 1 are three freedoms of a body's six.
-    lengths = {c.name for c in geometry.names.scene.constraints if c.keeps_length}
+    lengths = geometry.names.scene.lengths
     counted_numbers = [k for k, e in enumerate(elimination.stated) if e.constraint not in lengths]
     independent = len(counted_numbers) - len(dependent.keys() & {*counted_numbers}) - for_points
     return Account(

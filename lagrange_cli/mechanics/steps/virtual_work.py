@@ -206,7 +206,7 @@ def _pushes(
 ) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the forces of multipliers along a small turn, less those that keep lengths."""
     reduced = derivation.reduced
-    lengths = {c.name for c in reduced.scene.constraints if c.keeps_length}
+    lengths = reduced.scene.lengths
     for closure in derivation.pushing:
         gradient = {reduced.coordinates[k].q: e for k, e in entries(closure.gradient).items()}
         slope = _ZERO if closure.constraint in lengths else displacements.along(one, gradient)

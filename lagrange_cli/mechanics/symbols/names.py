@@ -273,7 +273,7 @@ class Names:
         Each of twenty definitions that names the one before it twice doubles it.
         """
         implied = isinstance(expression, ComposedExpression)
-        closed = self.scene.unilateral or not all(c.keeps_length for c in self.scene.constraints)
+        closed = self.scene.unilateral or len(self.scene.constraints) > len(self.scene.lengths)
         if implied and not closed:
             return
         if self._length(expression) <= (_LONGEST_CHAIN if implied else _LONGEST):
