@@ -12,7 +12,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", range(6))
 def test_mass_matrix_forcing_and_accelerations_of_trees(number, monkeypatch):
     """Hinges and slides about any axes, offset centres, full tensors of inertia."""
     monkeypatch.syspath_prepend(BENCHMARKS)

@@ -38,7 +38,7 @@ def test_first_values_of_a_restitution_are_below_one(fits) -> None:
     assert max(first) == 0.99
 
 
-@pytest.mark.parametrize("number", [0, 3, 6, 8])
+@pytest.mark.parametrize("number", [0, 1, 3, 4, 5, 6, 8, 9])
 def test_a_slice_is_right(fits, number: int) -> None:
     outcome = fits.outcome_of(number, 7)
     assert outcome.outcome == "right", str(outcome)

@@ -56,5 +56,5 @@ def test_a_wrong_run_is_seen(sliding, monkeypatch) -> None:
 
 
 def test_a_slice_is_right(sliding) -> None:
-    results = [sliding.judged(start) for start in sliding.starts(2, np.random.default_rng(3))]
+    results = [sliding.judged(start) for start in sliding.starts(4, np.random.default_rng(3))]
     assert not [result for result in results if result.wrong]

@@ -21,7 +21,7 @@ from tests.systems.shipped import SCENES, SLICE, derived, sliced
 pytestmark = pytest.mark.slow
 
 #: Scenes that have both forms, at least: of all and of the slice.
-BOTH, BOTH_OF_SLICE = 35, 8
+BOTH, BOTH_OF_SLICE = 35, 10
 
 #: A slice of them for whole motions: spherical, planar, polar, moved in time, rigid, coupled, and
 #: turned by three angles.
